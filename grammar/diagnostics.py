@@ -461,12 +461,21 @@ def error_of(diagnostic: Diagnostic) -> SceneError:
 REINSTALL = "--force-reinstall scenelang"  # arguments of `pip install` that restore what was deleted of the package
 
 
-def missing_part(error: ModuleNotFoundError) -> SceneError | None:
+def missing_part(error: ModuleNotFoundError) -> MissingPart | None:
     """Return the error for a part of the package that this installation lacks; None for a module of another package."""
-    if not str(error.name).startswith("scenelang."):
+    from scenelang.grammar.domains import domain_of_module
+
+    module = str(error.name)
+    if not module.startswith("scenelang."):
         return None
-    message = f"this installation lacks `{error.name}`, which is needed here"
-    return SceneError("backend", message, f"reinstall it: `pip install {REINSTALL}`")
+    domain = domain_of_module(module)
+    part = "a module" if domain is None else f"the part {domain}"
+    message = f"this installation lacks {part}, which is needed here (`{module}`)"
+    return MissingPart("backend", message, f"reinstall it: `pip install {REINSTALL}`")
+
+
+class MissingPart(SceneError):
+    """This installation lacks a domain of the package, as one that was made smaller does."""
 
 
 class LimitError(SceneError):
@@ -479,9 +488,14 @@ class UsageError(SceneError):
 
 @contextmanager
 def usage_errors() -> Iterator[None]:
-    """Convert any ``SceneError`` raised in this block to ``UsageError``: its cause is an argument, not the program."""
+    """Convert any ``SceneError`` raised in this block to ``UsageError``: its cause is an argument, not the program.
+
+    What the installation lacks is the fault of neither, and has one exit code in all commands.
+    """
     try:
         yield
+    except MissingPart:
+        raise
     except SceneError as error:
         raise UsageError(error.name, error.message, error.hint) from None
 

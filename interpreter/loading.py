@@ -10,7 +10,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import SceneError, missing_part
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -166,9 +166,18 @@ class EntryPoint(NamedTuple):
     value: str
 
     def load(self) -> Any:
-        """Import the module, and return the object; may raise whatever a package raises on import."""
+        """Import the module, and return the object; may raise whatever a package raises on import.
+
+        A module of ours that this installation lacks is a ``MissingPart``.
+        """
         module, _, attributes = self.value.partition("[")[0].strip().partition(":")
-        loaded: Any = import_module(module.strip())
+        try:
+            loaded: Any = import_module(module.strip())
+        except ModuleNotFoundError as error:
+            part = missing_part(error)
+            if part is None:
+                raise
+            raise part from error
         for attribute in attributes.strip().split(".") if attributes.strip() else ():
             loaded = getattr(loaded, attribute)
         return loaded
