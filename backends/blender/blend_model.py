@@ -823,7 +823,7 @@ class MeshBlock(DataBlock):
             for i, piece in enumerate(self.pieces):
                 count = len(piece.polygons().faces)
                 if count:
-                    self.pieces[i] = _shaded(piece, smooth[start])
+                    self.pieces[i] = _shaded(piece, is_smooth=smooth[start])
                 start += count
 
     def settled(self) -> list[MeshPiece]:
@@ -872,11 +872,11 @@ class MeshBlock(DataBlock):
 
     def shade_smooth(self) -> None:
         """Shade the mesh smooth."""
-        self.pieces = [_shaded(piece, True) for piece in self.settled()]
+        self.pieces = [_shaded(piece, is_smooth=True) for piece in self.settled()]
 
     def shade_flat(self) -> None:
         """Shade the mesh flat."""
-        self.pieces = [_shaded(piece, False) for piece in self.settled()]
+        self.pieces = [_shaded(piece, is_smooth=False) for piece in self.settled()]
 
     def copy(self) -> MeshBlock:
         """Return a copy."""
@@ -886,7 +886,7 @@ class MeshBlock(DataBlock):
         return made
 
 
-def _shaded(piece: MeshPiece, is_smooth: bool) -> MeshPiece:
+def _shaded(piece: MeshPiece, *, is_smooth: bool) -> MeshPiece:
     from dataclasses import replace
 
     return replace(piece, is_smooth=is_smooth)

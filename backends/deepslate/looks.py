@@ -625,7 +625,7 @@ def _is_whole(found: Mapping[str, Json | None], state: BlockState, layer: Layer)
     return any(model is not None and model["elements"] for model in models)
 
 
-def _parts(state: BlockState, layer: Layer, every: bool = False) -> tuple[Json, ...] | None:
+def _parts(state: BlockState, layer: Layer, *, every: bool = False) -> tuple[Json, ...] | None:
     """Return the models of a state, with ``every`` those of all states of its block; None if the layer lacks the
     block."""
     definition = layer.definition(state.name)

@@ -9,7 +9,7 @@ import hashlib
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -69,13 +69,13 @@ def load_clip(name: ClipName = EMBEDDING_MODEL, hub: ModelHub | None = None, dev
     network, prepare, tokenizer = (hub or ModelHub()).load(
         name.architecture,
         lambda folder: _create(open_clip, f"local-dir:{folder}", device),
-        partial(_from_hub, open_clip, name, device),
+        lambda architecture, offline: _from_hub(open_clip, name, device, architecture, offline=offline),
     )
     network.eval().requires_grad_(False)
     return ClipModel(name, network, tokenizer, prepare)
 
 
-def _from_hub(open_clip: Any, name: ClipName, device: str, architecture: str, offline: bool) -> Any:
+def _from_hub(open_clip: Any, name: ClipName, device: str, architecture: str, *, offline: bool) -> Any:
     if (architecture, name.weights) not in open_clip.list_pretrained():
         known = sorted({tag for model, tag in open_clip.list_pretrained() if model == architecture})
         hint = f"available weights: {', '.join(known)}" if known else "specify a model of OpenCLIP, or a folder"

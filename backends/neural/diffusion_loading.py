@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -155,7 +154,7 @@ def load_any(
     found = (hub or ModelHub()).load(
         name,
         lambda folder: _from_folder(folder, device, dtype, architecture),
-        partial(_from_hub, device, dtype, architecture),
+        lambda repository, offline: _from_hub(device, dtype, architecture, repository, offline=offline),
     )
     return replace(found, name=name)
 
@@ -220,7 +219,7 @@ def load_diffusion(
 # --- checkpoints and components --------------------------------------------------------------------------------------
 
 
-def _from_hub(device: str, dtype: Any, architecture: Architecture, name: str, offline: bool) -> DiffusionModel:
+def _from_hub(device: str, dtype: Any, architecture: Architecture, name: str, *, offline: bool) -> DiffusionModel:
     """Load MVDream's checkpoint from its repository; from any other repository, the components."""
     location = _Location(name, offline, device, dtype)
     if name == REPOSITORY:

@@ -39,13 +39,13 @@ def load_network(name: str, network: str, processor: str, hub: ModelHub | None, 
     classes = (getattr(transformers, network), getattr(transformers, processor))
     loaded, loaded_processor = (hub or ModelHub()).load(
         name,
-        lambda folder: _load(classes, str(folder), True, device),
-        lambda repository, offline: _load(classes, repository, offline, device),
+        lambda folder: _load(classes, str(folder), device, offline=True),
+        lambda repository, offline: _load(classes, repository, device, offline=offline),
     )
     return LoadedNetwork(name, loaded, loaded_processor)
 
 
-def _load(classes: tuple[Any, Any], name: str, offline: bool, device: str) -> tuple[Any, Any]:
+def _load(classes: tuple[Any, Any], name: str, device: str, *, offline: bool) -> tuple[Any, Any]:
     torch = require("torch", INSTALL)
     with silence_libraries(progress_bars=not Path(name).is_dir()):
         processor = classes[1].from_pretrained(name, local_files_only=offline)

@@ -494,7 +494,7 @@ def _texts(node: CodeTree) -> Iterator[str]:
             yield str(one.value)
 
 
-def _keep_comments(definition: CodeTree, following: CodeTree, only_section: bool = False) -> None:
+def _keep_comments(definition: CodeTree, following: CodeTree, *, only_section: bool = False) -> None:
     """Keep the comments above an empty line, which are about more than the definition that goes."""
     before = definition.trivia.before
     cut = max((i for i, row in enumerate(before) if row is None), default=-1)

@@ -377,7 +377,7 @@ def _fitted(body: CodeTree, columns: dict[str, list[CodeTree]], index: str, coun
     }
     placed = _placed_names(body)
     for name, values in numbers.items():
-        formula = _line_through(values, index, body.span, name in placed)
+        formula = _line_through(values, index, body.span, is_rounded=name in placed)
         if formula is not None:
             found[name] = formula
     for one in code(body):
@@ -403,7 +403,7 @@ def _placed_names(body: CodeTree) -> set[str]:
     return {name for name, times in inside.items() if total[name] == times}
 
 
-def _line_through(values: Sequence[float], index: str, span: Span, is_rounded: bool) -> CodeTree | None:
+def _line_through(values: Sequence[float], index: str, span: Span, *, is_rounded: bool) -> CodeTree | None:
     """Return ``start + step * index`` for numbers that it gives: exactly, or up to rounding."""
     count, start = len(values), values[0]
     step = (values[-1] - start) / (count - 1)

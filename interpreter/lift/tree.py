@@ -782,7 +782,7 @@ def _term(value: Poly, key: Monomial, number: float, like: CodeTree) -> tuple[Co
     above = [copied(value.atoms[text]) for text, power in key for _ in range(power)]
     below = [copied(value.atoms[text]) for text, power in key for _ in range(-power)]
     scale = abs(number)
-    over, under = _fraction(scale, bool(above))
+    over, under = _fraction(scale, is_factor=bool(above))
     if not math.isclose(over / under, scale, rel_tol=1e-15):
         return None
     if over != 1 or not above:
@@ -795,7 +795,7 @@ def _term(value: Poly, key: Monomial, number: float, like: CodeTree) -> tuple[Co
     return node, number < 0
 
 
-def _fraction(scale: float, is_factor: bool) -> tuple[float | int, int]:
+def _fraction(scale: float, *, is_factor: bool) -> tuple[float | int, int]:
     """Return a number as a short decimal, or as a quotient by a small integer."""
     if scale == round(scale):
         return round(scale), 1

@@ -68,7 +68,7 @@ class MistakeKind:
 KINDS: dict[str, MistakeKind] = {}
 
 
-def _kind(name: str, family: str, tuned: bool, evidence: str = "outcome") -> Callable[[Planter], Planter]:
+def _kind(name: str, family: str, evidence: str = "outcome", *, tuned: bool) -> Callable[[Planter], Planter]:
     """Register a kind; its documentation is that of the function."""
 
     def register(plant: Planter) -> Planter:

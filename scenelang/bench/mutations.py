@@ -210,11 +210,11 @@ def _is_equal_value(a: Any, b: Any) -> bool:
 
 
 @cache
-def _outcome(text: str, geometry: bool) -> _Outcome:
+def _outcome(text: str, *, geometry: bool) -> _Outcome:
     result = _session().evaluate(Source(_NAME, text))
     if result.scene is None:
         return _Outcome(None, Counter())
-    found = linted(result, *_lints(geometry))
+    found = linted(result, *_lints(geometry=geometry))
     if any(d.is_error for d in found):
         return _Outcome(None, Counter())
     try:
@@ -223,7 +223,7 @@ def _outcome(text: str, geometry: bool) -> _Outcome:
         return _Outcome(None, Counter())
 
 
-def _lints(geometry: bool) -> Iterator[Any]:
+def _lints(*, geometry: bool) -> Iterator[Any]:
     from scenelang.backends.geometry.lint import check_geometry
     from scenelang.backends.geometry.relations import check_declarations
 
@@ -254,7 +254,7 @@ def mutated(program: str, seed: int, count: int = 1, kinds: Sequence[str] | None
     Mutated or None
         None if the program has no place for a mistake of the first kind, or makes no scene.
     """
-    sound = _outcome(program, False).layout
+    sound = _outcome(program, geometry=False).layout
     if sound is None:
         return None
     pick = Random(f"{seed}:{hashlib.sha256(program.encode()).hexdigest()}")
@@ -297,7 +297,7 @@ def _makes_mistake(program: str, kind: MistakeKind, change: TextChange) -> bool:
     A part that was moved must be farther away than one that counts as repaired.
     """
     made = _applied(program, [(kind.name, change)])
-    before, after = _outcome(made.sound, False), _outcome(made.text, False)
+    before, after = _outcome(made.sound, geometry=False), _outcome(made.text, geometry=False)
     if before.layout is None:
         return False
     return not _is_same(before.layout, after.layout, _MOVED if kind.evidence == "geometry" else _POSE)
@@ -396,7 +396,7 @@ def is_repaired(made: Mutated, text: str) -> bool:
     Where a part was moved, it must make no finding that the sound program has not, with all parts near their places.
     """
     is_moved = any(KINDS[mistake.kind].evidence == "geometry" for mistake in made.mistakes)
-    before, after = _outcome(made.sound, is_moved), _outcome(text, is_moved)
+    before, after = _outcome(made.sound, geometry=is_moved), _outcome(text, geometry=is_moved)
     if is_moved and sum(after.findings.values()) > sum(before.findings.values()):
         return False
     return _is_same(before.layout, after.layout, _MOVED if is_moved else _POSE)

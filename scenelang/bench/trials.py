@@ -201,11 +201,11 @@ def run_trial(
     steps = sample_steps(brief, reader, speaker, SamplePlan(settings.repairs, mode.critiques))
     verdicts, attempts, result, error = _played(steps, task.name, mode.name, sample, answerer)
     is_python = mode.notation is Notation.PYTHON
-    first = _judged(task, verdicts[0], False, is_python) if verdicts else None
+    first = _judged(task, verdicts[0], simulates=False, is_python=is_python) if verdicts else None
     final: Score | None = None
     if result is not None:
         is_first = bool(verdicts) and result is verdicts[0] and not settings.simulates
-        final = first if is_first else _judged(task, result, settings.simulates, is_python)
+        final = first if is_first else _judged(task, result, simulates=settings.simulates, is_python=is_python)
     if error is None and final is None:
         error = _why(result)
     failed = tuple(final.failed(task)) if final is not None else ()
@@ -254,7 +254,7 @@ def codes_of(verdict: Verdict) -> tuple[str, ...]:
     return tuple(dict.fromkeys(CODES[d.name].code for d in verdict.diagnostics if d.is_error))
 
 
-def _judged(task: BenchTask, verdict: Verdict, simulates: bool, is_python: bool) -> Score | None:
+def _judged(task: BenchTask, verdict: Verdict, *, simulates: bool, is_python: bool) -> Score | None:
     if not verdict.is_usable or verdict.scene is None:
         return None
     try:

@@ -337,7 +337,7 @@ def build_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Samp
     for number in range(plan.revisions or 0):
         try:
             measured = measured and _has_faults(best)
-            report = yield from _faults(brief, speaker, plan, best, measured)
+            report = yield from _faults(brief, speaker, plan, best, measured=measured)
             if report is None or best.scene is None:
                 break
             candidate = yield from _revised(brief, reader, speaker, plan, best, report, tried)
@@ -392,7 +392,7 @@ def _has_faults(best: Verdict) -> bool:
 
 
 def _faults(
-    brief: Brief, speaker: Speaker, plan: SamplePlan, best: Verdict, measured: bool
+    brief: Brief, speaker: Speaker, plan: SamplePlan, best: Verdict, *, measured: bool
 ) -> Generator[Step, Reply | None, str | None]:
     """Return what is wrong with a scene: by measurement, else by a critic who sees only task, facts and images."""
     if measured or best.scene is None:

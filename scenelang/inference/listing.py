@@ -38,7 +38,7 @@ _ROOT = "scene"
 def listing(scene: Scene, with_words: bool) -> str:
     """Return the primitives of a scene as JSON, one per line. Raises SceneError for more than ``MAX_ITEMS``."""
     flat = flatten(scene, MAX_ITEMS)
-    frames = [_frame(frame, with_words) for frame in flat.frames]
+    frames = [_frame(frame, with_words=with_words) for frame in flat.frames]
     return _lines(frames[0]) if not flat.animated else "[\n" + ",\n".join(map(_lines, frames)) + "\n]"
 
 
@@ -46,15 +46,15 @@ def _lines(items: Sequence[Mapping[str, Any]]) -> str:
     return "[\n" + ",\n".join(json.dumps(item, ensure_ascii=False) for item in items) + "\n]"
 
 
-def _frame(frame: FlatFrame, with_words: bool) -> list[dict[str, Any]]:
+def _frame(frame: FlatFrame, *, with_words: bool) -> list[dict[str, Any]]:
     found = []
     for i in range(len(frame)):
         entity, path = frame.primitives[frame.index[i]], frame.paths[frame.path_index[i]]
-        found.append(_item(entity, path, frame.matrices[i].tolist(), with_words))
+        found.append(_item(entity, path, frame.matrices[i].tolist(), with_words=with_words))
     return found
 
 
-def _item(entity: Entity, path: tuple[str, ...], matrix: list[list[float]], with_words: bool) -> dict[str, Any]:
+def _item(entity: Entity, path: tuple[str, ...], matrix: list[list[float]], *, with_words: bool) -> dict[str, Any]:
     has_geometry = is_word(entity.word)
     word = path[-1] if has_geometry and path else entity.word
     item: dict[str, Any] = {"word": word} if with_words else {}

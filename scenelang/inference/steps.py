@@ -132,9 +132,9 @@ class AnswerReader:
             verdict = self._read(restored) if problem is None else Verdict("", None, (problem,))
         return self.with_layout(verdict) if any(d.name == "declaration" for d in verdict.diagnostics) else verdict
 
-    def _read(self, answer: str, has_findings: bool = True) -> Verdict:
+    def _read(self, answer: str, *, has_findings: bool = True) -> Verdict:
         with limited(self.options.limits):
-            return self._judged(answer, has_findings)
+            return self._judged(answer, has_findings=has_findings)
 
     def with_layout(self, verdict: Verdict) -> Verdict:
         """Return the verdict of the program whose literals are edited so that findings and declarations are resolved.
@@ -169,7 +169,7 @@ class AnswerReader:
         repairs = tuple(edit.resolves for edit in found.edits)
         return Verdict(found.text, result.scene, (*result.diagnostics, *left), findings, code, repairs)
 
-    def _judged(self, answer: str, has_findings: bool) -> Verdict:
+    def _judged(self, answer: str, *, has_findings: bool) -> Verdict:
         """Return the verdict on an answer, with the findings of the geometry lint if ``has_findings``."""
         session = Session(self.options)
         task = self.brief.task

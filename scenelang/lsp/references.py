@@ -54,10 +54,10 @@ class Document:
         if self.analysis is None:
             self.analysis = self.editing.check(self.source)
             if self.analysis.version is not None:
-                self._keep(self.analysis.version, any(d.code < "E2" for d in self.analysis.diagnostics))
+                self._keep(self.analysis.version, unreadable=any(d.code < "E2" for d in self.analysis.diagnostics))
         return self.analysis
 
-    def _keep(self, version: Version, unreadable: bool) -> None:
+    def _keep(self, version: Version, *, unreadable: bool) -> None:
         """Save data for completion; if the text cannot be parsed, keep definitions of the last valid version."""
         self._last = version
         names = {base_name(symbol): binding for symbol, binding in dict.items(version.file.names)}
@@ -575,7 +575,7 @@ def _fix_all(document: Document, uri: str) -> Iterator[lsp.CodeAction]:
 
 
 def _action(
-    title: str, uri: str, edits: list[lsp.TextEdit], about: list[lsp.Diagnostic], preferred: bool = False
+    title: str, uri: str, edits: list[lsp.TextEdit], about: list[lsp.Diagnostic], *, preferred: bool = False
 ) -> lsp.CodeAction:
     edit = lsp.WorkspaceEdit({uri: edits})
     return lsp.CodeAction(title, lsp.CodeActionKind.QuickFix, about, is_preferred=preferred or None, edit=edit)

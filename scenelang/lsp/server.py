@@ -47,7 +47,7 @@ def visible_inlays(document: Document, first: int, last: int, kinds: bool = Fals
         place = version.place(form.span)
         if place.source is not document.source or not _overlaps(place, first, last):
             continue
-        for span, label in _hints(form, result.kinds, kinds):
+        for span, label in _hints(form, result.kinds, with_kinds=kinds):
             at = version.place(span)
             if first <= at.source.position(at.start)[0] - 1 <= last:
                 found.append((at, label))
@@ -64,7 +64,7 @@ def _inlay(at: Span, label: str) -> lsp.InlayHint:
     return lsp.InlayHint(position(at.source, at.start), label, kind=lsp.InlayHintKind.Parameter, padding_right=True)
 
 
-def _hints(form: Any, kinds: dict[Any, Kind], with_kinds: bool) -> Iterator[tuple[Span, str]]:
+def _hints(form: Any, kinds: dict[Any, Kind], *, with_kinds: bool) -> Iterator[tuple[Span, str]]:
     for node in walk(form):
         if node.span.expansion is not None:
             continue

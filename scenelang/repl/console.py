@@ -347,7 +347,7 @@ def run(evaluation: ReplEvaluation, color: bool, quiet: bool, request: RequestRe
     """Run until Ctrl-D or ``,quit``; returns the number of failed inputs."""
     screen = Screen(_write, _write, color, protocol_of(os.environ), _ask, quiet)
     repl = Repl(evaluation, screen, commands(), request)
-    session = _session(evaluation, color)
+    session = _session(evaluation, color=color)
     repl.wake = lambda: _wake(repl, session.app)
     if not quiet:
         _write("The Scene Language. `,help` lists the commands, Ctrl-D exits.")
@@ -422,7 +422,7 @@ def _ask(question: str) -> bool:
     return answer.strip().lower() in ("y", "yes")
 
 
-def _session(evaluation: ReplEvaluation, color: bool) -> PromptSession[str]:
+def _session(evaluation: ReplEvaluation, *, color: bool) -> PromptSession[str]:
     session: PromptSession[str] = PromptSession(
         history=_history(),
         multiline=True,

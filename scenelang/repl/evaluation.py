@@ -270,7 +270,7 @@ class ReplEvaluation:
         """Evaluate the forms of an input; errors are returned as diagnostics and never raised."""
 
         work: _Work = lambda give, warn: self.top.evaluate(source, give, warn, whole)
-        return self._account(work, source, whole)
+        return self._account(work, source, whole=whole)
 
     def load(self, path: str) -> EvaluationOutcome:
         """Evaluate a file as one input."""
@@ -290,7 +290,7 @@ class ReplEvaluation:
         work: _Work = lambda give, warn: self.top.reload(source, give, warn)
         return self._account(work, source, whole=True)
 
-    def _account(self, work: _Work, source: Source, whole: bool) -> EvaluationOutcome:
+    def _account(self, work: _Work, source: Source, *, whole: bool) -> EvaluationOutcome:
         """Run an evaluation and return its outcome: values, diagnostics, log, time and counts."""
         values: list[Any] = []
         found: list[Diagnostic] = []

@@ -584,13 +584,13 @@ class DistillationTrainer:
             message = f"the loss of step {self.step_number + 1} for `{prompt}` is not finite"
             raise SceneError("unsupported", message, hint="reduce --guidance, check the weights, or omit --half")
         torch.autograd.backward(loss)
-        self._apply_gradients(group, scene is not None)
+        self._apply_gradients(group, has_scene=scene is not None)
         group.finish_step(generator)
         self.step_number += 1
         terms = (sds, scene, axis_ratio, layout)
         return Losses(*(0.0 if term is None else float(term.detach()) for term in terms))
 
-    def _apply_gradients(self, group: GroupOptimizer, has_scene: bool) -> None:
+    def _apply_gradients(self, group: GroupOptimizer, *, has_scene: bool) -> None:
         """Update the group and, after a scene term, the pose offsets.
 
         The scene's gradients for other groups accumulate until their own steps.

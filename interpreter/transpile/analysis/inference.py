@@ -506,7 +506,7 @@ def narrow(state: InferenceState, test: ast.expr, holds: bool) -> None:
         kinds = _isinstance_kinds(state.paths, test.args[1])
         classes = _isinstance_classes(state, test.args[1])
         if classes and not kinds:
-            _narrow_classes(state, test.args[0], classes, holds)
+            _narrow_classes(state, test.args[0], classes, holds=holds)
         elif kinds and holds:
             _restrict(state, test.args[0], kinds)
         elif kinds:
@@ -521,7 +521,7 @@ def _isinstance_classes(state: InferenceState, node: ast.expr) -> frozenset[Clas
     return found if len(found) == len(elements) else frozenset()
 
 
-def _narrow_classes(state: InferenceState, node: ast.expr, classes: frozenset[Class], holds: bool) -> None:
+def _narrow_classes(state: InferenceState, node: ast.expr, classes: frozenset[Class], *, holds: bool) -> None:
     """Narrow a variable that may be of several classes to some of them, or to the others."""
     variable = state.names.variables.get(node) if isinstance(node, ast.Name) else None
     if state.env is None or variable is None or variable not in state.env:

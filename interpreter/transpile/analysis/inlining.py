@@ -302,7 +302,7 @@ class _Generators(_Inlining):
                     given[n] = self._taken(each, ast.copy_location(size, each)) or each
         return node
 
-    def _taken(self, call: ast.expr, limit: ast.expr, is_test: bool = False) -> ast.expr | None:
+    def _taken(self, call: ast.expr, limit: ast.expr, *, is_test: bool = False) -> ast.expr | None:
         """Return a call that lists the items of an endless generator up to a count or test; None if impossible."""
         function = self.called(call)
         if function is None or function not in self.tree.body or not is_endless(function) or not _is_quiet(function):

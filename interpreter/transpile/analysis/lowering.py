@@ -118,7 +118,7 @@ def lowered(tree: ast.Module) -> ast.Module:
         if cls.name not in bases:
             _name_own_class(cls)
         _Assigned().visit(cls)
-        _lower_class(cls, is_sorted)
+        _lower_class(cls, is_sorted=is_sorted)
         split_operators(cls, {each.name for each in classes} - bases)
     names = _Library(paths, tree)
     tree = names.visit(tree)
@@ -792,7 +792,7 @@ def _write_order(node: ast.ClassDef) -> None:
     node.body.append(made)
 
 
-def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
+def _lower_class(node: ast.ClassDef, *, is_sorted: bool) -> None:
     """Make the operator methods of a class plain ones, its class methods static, and write its constructor."""
     if not is_sorted and any("order=True" in ast.unparse(each) for each in node.decorator_list):
         _write_order(node)
@@ -1264,7 +1264,7 @@ class OperatorMethods(ast.NodeTransformer):
         placed(made, node)
         return made
 
-    def _fields(self, node: ast.Call, is_table: bool) -> ast.expr | None:
+    def _fields(self, node: ast.Call, *, is_table: bool) -> ast.expr | None:
         """Return a table, or tuple, of the fields of a data class, if none of them is one with fields or items."""
         given, classes = node.args[0], self._classes_of(node.args[0])
         if len(classes) != 1 or not classes[0].is_dataclass or not is_repeatable(given):

@@ -163,7 +163,7 @@ def _parts(text: str, blocks: list[Block], chosen: int) -> list[Block]:
     found = {chosen}
     for _ in blocks:  # one that is added may need others
         for i, outline in enumerate(outlines):
-            if i not in found and outline is not None and _continues(outline, known, i < chosen):
+            if i not in found and outline is not None and _continues(outline, known, is_earlier=i < chosen):
                 found.add(i)
                 known = known.joined(outline)
     parts = [blocks[i] for i in sorted(found)]
@@ -188,7 +188,7 @@ class _Outline:
         return _Outline(defined, registered, used, (self.roots - other.used) | (other.roots - self.used))
 
 
-def _continues(outline: _Outline, known: _Outline, is_earlier: bool) -> bool:
+def _continues(outline: _Outline, known: _Outline, *, is_earlier: bool) -> bool:
     """Return whether a block belongs to a program that is known in part."""
     if outline.defined & (known.used - known.defined):
         return True

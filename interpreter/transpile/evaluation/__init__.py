@@ -243,12 +243,12 @@ def repeats_choices(pattern: str) -> bool:
     """Return whether a pattern repeats a part that has alternatives or repetitions, so that it may backtrack without
     end."""
     try:
-        return _has_choices(PARSER.parse(pattern), False)
+        return _has_choices(PARSER.parse(pattern), is_repeated=False)
     except re.error:
         return False  # which the search tells
 
 
-def _has_choices(part: Any, is_repeated: bool) -> bool:
+def _has_choices(part: Any, *, is_repeated: bool) -> bool:
     for operation, value in part if isinstance(part, PARSER.SubPattern) else ():
         name = str(operation)
         is_repetition = name in ("MAX_REPEAT", "MIN_REPEAT") and value[0] != value[1]
@@ -256,7 +256,7 @@ def _has_choices(part: Any, is_repeated: bool) -> bool:
             return True
         is_inside = is_repeated or (name in ("MAX_REPEAT", "MIN_REPEAT") and value[1] > 1)
         inner = value[1] if name == "BRANCH" else value if isinstance(value, tuple) else (value,)
-        if any(_has_choices(each, is_inside) for each in inner):
+        if any(_has_choices(each, is_repeated=is_inside) for each in inner):
             return True
     return False
 

@@ -539,7 +539,7 @@ class Folding:
 
     def _helpers(self) -> dict[str, Native]:
         functions: dict[str, Callable[..., Any]] = {
-            "register": self._register, "register_animation": lambda text=None: self._register(text, True),
+            "register": self._register, "register_animation": lambda text=None: self._register(text, is_animation=True),
             "library_call": self._library_call,
             "loop": self._loop,
             "concat_shapes": lambda *shapes: self.union(shapes),
@@ -686,7 +686,7 @@ class Folding:
         else:
             raise UnsupportedPython(f"expected a shape, got {type_name(shape)}")
 
-    def _register(self, docstring: Any = None, is_animation: bool = False) -> Any:
+    def _register(self, docstring: Any = None, *, is_animation: bool = False) -> Any:
         def register(function: Any, text: str = "") -> Any:
             name = function.name if type(function) is PythonFunction else getattr(function, "path", "")
             if not name.isidentifier() or keyword.iskeyword(name):

@@ -161,7 +161,9 @@ class PythonLibrary:
             "set": set, "frozenset": frozenset, "range": range, "object": object,
             "slice": slice,
         }  # fmt: skip
-        found: dict[str, Any] = {name: _kind(name, kind, name in ("int", "float")) for name, kind in types.items()}
+        found: dict[str, Any] = {
+            name: _kind(name, kind, is_numeric=name in ("int", "float")) for name, kind in types.items()
+        }
         found["object"] = Native("object", lambda: PythonObject(PythonClass("object", {}, (), self.evaluator)), object)
         found["list"] = Native("list", self._list, list)
         found["dict"] = Native("dict", self._dict, dict)
@@ -545,7 +547,7 @@ _GENERIC: dict[str, Any] = {
 }  # fmt: skip
 
 
-def _kind(path: str, kind: Any, is_numeric: bool = False) -> Native:
+def _kind(path: str, kind: Any, *, is_numeric: bool = False) -> Native:
     return Native(path, kind, kind, is_numeric)
 
 
@@ -553,7 +555,7 @@ def _no_call(*arguments: Any, **named: Any) -> Any:
     raise UnsupportedPython("this type cannot be called")
 
 
-def _public(path: str, module: Any, numeric: bool = False) -> dict[str, Any]:
+def _public(path: str, module: Any, *, numeric: bool = False) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, value in vars(module).items():
         if not name.startswith("_"):

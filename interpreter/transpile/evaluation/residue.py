@@ -259,7 +259,7 @@ def _has_array(operands: tuple[Any, ...]) -> bool:
     )
 
 
-def _residual_operation(name: str, is_reflected: bool) -> Callable[[Residual, Any], Any]:
+def _residual_operation(name: str, *, is_reflected: bool) -> Callable[[Residual, Any], Any]:
     def operation(self: Residual, other: Any) -> Any:
         if self.kind == "shape":
             if name != "add" or not (type(other) is list or is_shape(other)):
@@ -273,8 +273,8 @@ def _residual_operation(name: str, is_reflected: bool) -> Callable[[Residual, An
 
 
 for _name in _OPERATORS:
-    setattr(Residual, f"__{_name}__", _residual_operation(_name, False))
-    setattr(Residual, f"__r{_name}__", _residual_operation(_name, True))
+    setattr(Residual, f"__{_name}__", _residual_operation(_name, is_reflected=False))
+    setattr(Residual, f"__r{_name}__", _residual_operation(_name, is_reflected=True))
 for _name in ("lt", "le", "gt", "ge"):
     setattr(Residual, f"__{_name}__", lambda self, other, _name=_name: residual(self.holder, _name, (self, other)))
 for _name in ("neg", "abs"):

@@ -617,7 +617,7 @@ class _Tabulation:
         )
         value: ast.expr | None = None
         if shown and site.rows:
-            value = self._value(site, made, is_top)
+            value = self._value(site, made, is_top=is_top)
         if site.is_expression:
             copied = memo[id(first)]
             new = value if value is not None else ast.Constant(0 if site.index else None)
@@ -653,7 +653,7 @@ class _Tabulation:
             node = self._parents[node]
             yield node
 
-    def _value(self, site: _Site, made: list[ast.stmt], is_top: bool) -> ast.expr:
+    def _value(self, site: _Site, made: list[ast.stmt], *, is_top: bool) -> ast.expr:
         """Return the expression of what a site gives: data, a constant, or a look-up in a table."""
         rows = list(site.rows.values())
         values = [row[1][0] if len(row[1]) == 1 else ast.Tuple(row[1], ast.Load()) for row in rows]
@@ -697,7 +697,7 @@ class _Tabulation:
         made.append(placed(function, site.nodes[0], is_new=True))
         return ast.Call(ast.Name(name, ast.Load()), keys.nodes, [])
 
-    def _new_name(self, site: _Site, is_constant: bool) -> str:
+    def _new_name(self, site: _Site, *, is_constant: bool) -> str:
         """Return an unused name for a constant or look-up function, derived from the place of its value."""
         stem = ""
         shown = [each for each in site.outputs if each not in site.hidden]

@@ -639,10 +639,10 @@ def write_copy(w: Writer, node: ast.Call) -> Code:
     is_deep = w.paths.of(node.func) == "copy.deepcopy"
     if w.type(value).kinds & RECORD:
         raise w.unsupported("copying a record", node, "create a new record")
-    return _copied(w, w.expr(value), w.type(value) | w.type(node), is_deep, 0)
+    return _copied(w, w.expr(value), w.type(value) | w.type(node), 0, is_deep=is_deep)
 
 
-def _copied(w: Writer, code: Code, found: AbstractType, is_deep: bool, level: int) -> Code:
+def _copied(w: Writer, code: Code, found: AbstractType, level: int, *, is_deep: bool) -> Code:
     """Return a copy of mutable containers, recursively for a deep copy; immutable values are not copied."""
     if not _is_mutated(found, 0) or level > 3:
         return code
@@ -652,7 +652,7 @@ def _copied(w: Writer, code: Code, found: AbstractType, is_deep: bool, level: in
     if not is_deep or not _is_mutated(inner, 0):
         return form("mutable", code)
     item = PythonVariable("item", None, is_temporary=True)
-    copied = _copied(w, VariableRef(item), inner, True, level + 1)
+    copied = _copied(w, VariableRef(item), inner, level + 1, is_deep=True)
     if found.only(DICT):
         key = PythonVariable("key", None, is_temporary=True)
         clauses = FormCode([FormCode([FormCode([VariableRef(key), VariableRef(item)]), form("table-items", code)])])

@@ -275,9 +275,9 @@ def _is_template(w: Writer, node: ast.expr) -> bool:
     return True
 
 
-def _data(w: Writer, node: ast.expr, quasi: bool) -> Code:
+def _data(w: Writer, node: ast.expr, *, quasi: bool) -> Code:
     if isinstance(node, (ast.Tuple, ast.List)):
-        items = [w.comment_item(_data(w, e, quasi), e) for e in node.elts]
+        items = [w.comment_item(_data(w, e, quasi=quasi), e) for e in node.elts]
         return FormCode(items, w.span(node))
     if is_constant(node) or not quasi:
         return w.expr(node)

@@ -126,7 +126,7 @@ def call_known(w: Writer, node: ast.Call, function: Code, target: Function, firs
     """Return a call of ``target``, whose parameters are known; ``first`` are arguments before those of ``node``."""
     parameters = target.parameters[len(first) :]
     stars = [a for a in node.args if isinstance(a, ast.Starred)]
-    _check(w, node, target, parameters, bool(stars))
+    _check(w, node, target, parameters, has_star=bool(stars))
     if stars:
         return _spread(w, node, function, parameters, first)
     items = list(first)
@@ -164,7 +164,7 @@ def write_argument(w: Writer, node: ast.expr, parameters: Sequence[PythonParamet
     return write_vector(w, node) if w.is_vector_literal(node) and is_used_as_vector(w, node) else w.expr(node)
 
 
-def _check(w: Writer, node: ast.Call, target: Function, parameters: list[PythonParameter], has_star: bool) -> None:
+def _check(w: Writer, node: ast.Call, target: Function, parameters: list[PythonParameter], *, has_star: bool) -> None:
     """Raise an error if the arguments of a call do not match the parameters."""
     plain = [p for p in parameters if p.kind == "plain"]
     names = [p.variable.name for p in parameters if p.kind in ("plain", "keyword")]
