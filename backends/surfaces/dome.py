@@ -66,7 +66,10 @@ class Softbox:
 
 
 def _step(inside: Floats) -> Floats:
-    """Return 0 outside, 1 inside, with a smooth edge of a quarter of the half width."""
+    """Return the share of a softbox's radiance, 0 to 1, by the smoothstep polynomial 3 t^2 - 2 t^3.
+
+    ``inside`` is the distance to the edge in half widths, negative outside; the share rises over the first quarter.
+    """
     t = np.clip(inside * 4.0, 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t), np.float64)
 

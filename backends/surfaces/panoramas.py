@@ -127,7 +127,11 @@ def _runs(body: bytes, at: int, line: npt.NDArray[np.uint8]) -> int:
 
 
 def without_sun(panorama: Panorama) -> tuple[Panorama, Sun | None]:
-    """Return a panorama without its sun, and the sun, None if no spot gives a good part of the light."""
+    """Return a panorama with its sun replaced by the sky around it, and the sun.
+
+    A sun is a spot around the brightest pixel above the horizon that gives ``_SUN_SHARE`` of the light on a level
+    surface. Without one the panorama is unchanged, and the sun None.
+    """
     image = panorama.image
     toward, weight = directions_of(len(image)), solid_angles(len(image))
     light = image @ LUMINANCE

@@ -834,7 +834,7 @@ def _patterns() -> dict[str, list[tuple[Idiom, Tree]]]:
 
 
 def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
-    """Forms of other languages; the first pattern that matches counts."""
+    """Yield a diagnostic for a form of another language, of the first pattern that matches it, with its replacement."""
     patterns = _patterns()
     keys = dict.fromkeys([*(item.text for item in tree.items[:2] if item.text), ""])
     for form, pattern in (row for key in keys for row in patterns.get(key, ())):

@@ -780,7 +780,7 @@ class TopLevel:
         return [d for d in problems if not (file.is_incomplete and d.name == "unbound")]
 
     def _scene(self) -> ListDatum | None:
-        """Return the last ``(scene ...)`` form, or None."""
+        """Return the ``(scene ...)`` form that was accepted last, which chooses the root; None if there is none."""
         return next((form.scene for form in reversed(self.forms) if form.scene is not None), None)
 
     def _count_as_assigned(self, group: Sequence[TopForm]) -> None:

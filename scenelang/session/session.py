@@ -293,7 +293,27 @@ def _spliced(datum: Datum) -> Iterator[Datum]:
 
 
 class Session:
-    """Checks and evaluates programs under one set of options."""
+    """Checks and evaluates programs under one set of options: all that leads from a text to its scene.
+
+    The command line, the Python API, editors and servers work through it. A session keeps nothing of a program, so one
+    can check and evaluate many, and the same one again after an edit.
+
+    Attributes
+    ----------
+    options : Options
+        Root, seed, values of params, limits, and which files may be imported.
+    library : Library
+        The builtins of the standard library, and the definitions that programs can import.
+
+    Examples
+    --------
+    >>> session = Session()
+    >>> source = Source("tower.scene", '(bind "tower" (lambda () (call "cube")))')
+    >>> session.check(source).ok
+    True
+    >>> session.evaluate(source).require().frames[0].word
+    'tower'
+    """
 
     def __init__(self, options: Options | None = None) -> None:
         self.options = options or Options()
