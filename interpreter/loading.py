@@ -32,7 +32,7 @@ def user_folder(purpose: str) -> Path:
 # --- arrays in the user's cache folder -------------------------------------------------------------------------------
 
 MAX_CACHED_BYTES = 512 << 20  # of all files of a kind; those used longest ago are deleted first
-_MAX_FILE_BYTES = 256 << 20
+_MAX_CACHED_FILE_BYTES = 256 << 20  # of one file: another program may have replaced it by any other
 
 
 def read_cached(kind: str, name: str) -> dict[str, Any] | None:
@@ -52,7 +52,7 @@ def read_cached(kind: str, name: str) -> dict[str, Any] | None:
 
     try:
         path = _cached(kind, name)
-        if path.stat().st_size > _MAX_FILE_BYTES:
+        if path.stat().st_size > _MAX_CACHED_FILE_BYTES:
             return None
         with np.load(path, allow_pickle=False) as file:
             found = {key: file[key] for key in file.files}

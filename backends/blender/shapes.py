@@ -19,7 +19,7 @@ FloatArray = npt.NDArray[np.float64]
 
 # Blender's z is up, and a scene's y: (x, y, z) becomes (x, z, -y).
 UPRIGHT = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-_SEGMENTS = 128  # of bodies of revolution that stand for curved ones: their volume is within .05 %
+_LATHE_SEGMENTS = 128  # of bodies of revolution that stand for curved ones: their volume is within .05 %
 _PLATE = 1e-4  # thickness of what is flat in Blender, of its largest extent
 
 HELPERS = {
@@ -233,7 +233,7 @@ class ShapeWriter:
         if bottom == 0:
             return _call("cone", look, radius=number(top * radius), p0=high, p1=low), placed
         profile = f"[[0 -{half}] [{number(bottom * radius)} -{half}] [{number(top * radius)} {half}] [0 {half}]]"
-        return f"(lathe {profile} :segments {_SEGMENTS}{look})", placed
+        return f"(lathe {profile} :segments {_LATHE_SEGMENTS}{look})", placed
 
     def _torus(
         self, form: PieceForm, motion: FloatArray, sizes: FloatArray, look: str, *, is_round: bool, is_uniform: bool
@@ -285,7 +285,7 @@ class ShapeWriter:
         if name is None:
             raise UnsupportedPython(f"the boolean {operation.kind} is not supported")
         operands = [self.united(operation.base, ""), *(self.united(tool, "") for tool in operation.tools)]
-        return f"({name} {' '.join(operands)} :segments {_SEGMENTS}{look})"
+        return f"({name} {' '.join(operands)} :segments {_LATHE_SEGMENTS}{look})"
 
     def united(self, pieces: Sequence[MeshPiece], look: str) -> str:
         """Return pieces as one expression in the object's frame."""

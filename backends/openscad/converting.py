@@ -21,7 +21,7 @@ from scenelang.grammar.formatter import format_text
 from scenelang.interpreter.expand.forms import FORMS, INDENTS
 from scenelang.stdlib.library import build_library
 
-_MAX_ROUNDS = 40
+_MAX_CONVERSIONS = 40  # of one program: each may learn kinds of values that change what the next one writes
 _ROOT = -1
 _SPECIALS = {"$fn": 0.0, "$fa": 12.0, "$fs": 2.0}
 _RESERVED = {"scene", "pi", "tau", "none", "else", "profile", "number"}
@@ -47,7 +47,7 @@ def converted(text: str, name: str = "<text>", word: str = "part") -> tuple[str,
     statements = parse(text.replace("\r\n", "\n"), name)
     source = Source(name, text)
     facts = Facts()
-    for _ in range(_MAX_ROUNDS):
+    for _ in range(_MAX_CONVERSIONS):
         facts.changed = False
         program = _Program(facts, source, re.sub(r"[^\w ]+", " ", word).replace("_", " ").strip() or "part")
         made = program.text(statements)

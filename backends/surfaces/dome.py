@@ -22,7 +22,7 @@ Color = tuple[float, float, float]
 _HEIGHT = 128  # rows of the image of an environment: its softboxes have soft edges
 _TABLE_HEIGHT = 24  # rows of blurred images, and of irradiance
 _SOURCE_HEIGHT, _LIGHT_HEIGHT = 32, 16  # rows of the images from which blurred images and irradiance are computed
-_KEPT = 8  # panoramas whose images are kept
+_CACHED_PANORAMAS = 8  # of which the images stay in memory
 _BLURS = (0.25, 0.5, 0.75, 1.0)  # roughnesses of blurred images
 
 
@@ -143,7 +143,7 @@ class Dome:
         return across - np.floor(across), down
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHED_PANORAMAS)
 def panorama_of(sky: Sky, ambient: Color) -> Panorama:
     """Return the image of a sky whose light on a horizontal surface is that of the uniform radiance ``ambient``."""
     directions = directions_of(_HEIGHT).reshape(-1, 3)
@@ -190,7 +190,7 @@ def smaller(image: FloatArray, height: int) -> FloatArray:
     return np.asarray((total / count).T.reshape(height, 2 * height, 3), np.float64)
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHED_PANORAMAS)
 def _irradiance(panorama: Panorama) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     """Return the irradiance by normal, divided by pi, of all of a dome and of its upper half, as images.
 
@@ -208,7 +208,7 @@ def _irradiance(panorama: Panorama) -> tuple[npt.NDArray[np.float32], npt.NDArra
     return both[0], both[1]
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHED_PANORAMAS)
 def _blurred(panorama: Panorama) -> tuple[FloatArray, ...]:
     """Return the images of a dome that surfaces of the roughnesses ``_BLURS`` reflect.
 

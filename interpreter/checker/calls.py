@@ -51,7 +51,6 @@ if TYPE_CHECKING:
     from scenelang.interpreter.checker.infer import KindInference, RecordCode
 
 _MAX_WRITTEN = 80  # characters of a call that a hint shows in full
-_FEW = 4  # keyword arguments that a hint lists
 
 
 def function_of(builtin: Builtin) -> Kind:

@@ -46,7 +46,7 @@ _MESH = Meaning("a mesh is made by `(mesh vertices faces)`")
 _PART = 'a word is bound to what it draws: `(bind "word" (lambda () ...))`'
 _IS = 'the primitive is "{}"'
 
-_ROWS: Mapping[Meaning, str] = {
+_NAMES_BY_MEANING: Mapping[Meaning, str] = {
     _SIZES: "size dimensions dims extents local-scale",
     _EDGES: "dx dy dz xmin xmax ymin ymax zmin zmax x1 y1 x2 y2 cx cy",
     _RADIANCE: "intensity luminosity lumens irradiance radiance penumbra shadow-soft-size",
@@ -67,7 +67,9 @@ _ROWS: Mapping[Meaning, str] = {
     _MESH: "geometry vertices faces paths indices triangles normal normals",
     _STROKES: "stroke stroke-width stroke-opacity stroke-dasharray stroke-linecap stroke-linejoin",
 }
-_ATTRIBUTES: Mapping[str, Meaning] = {name: meaning for meaning, names in _ROWS.items() for name in names.split()}
+_ATTRIBUTES: Mapping[str, Meaning] = {
+    name: meaning for meaning, names in _NAMES_BY_MEANING.items() for name in names.split()
+}
 
 _ARRAYS = (_PLACED, _TURNED, _MESH, _AIMED)  # attributes that hold arrays there; with a number they describe a noun
 

@@ -406,7 +406,7 @@ def inserted(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
 
 
 _NONE: Mapping[str, TopForm] = MappingProxyType({})
-_MAX_ROUNDS = 10  # updates of dependents after a definition, since their new definitions may have dependents too
+_MAX_UPDATES = 10  # updates of dependents after a definition, since their new definitions may have dependents too
 
 
 @dataclass(frozen=True, slots=True)
@@ -833,7 +833,7 @@ class TopLevel:
     def _update_dependents(self) -> list[TopForm]:
         """Expand and run again the functions that looked up a name whose meaning has changed; return their forms."""
         updated: list[TopForm] = []
-        for _ in range(_MAX_ROUNDS):
+        for _ in range(_MAX_UPDATES):
             stale = [form for form in self.forms if self._is_stale(form)]
             if not stale:
                 break

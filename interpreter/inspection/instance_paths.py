@@ -26,7 +26,7 @@ from scenelang.interpreter.values.values import IDENTITY, Embedding, Matrix, Pai
 MAX_INSTANCES = 100_000  # that a path may select
 _MAX_CHARACTERS = 2_000  # of a path
 _MAX_CACHED_WORDS = 64  # words whose counts are cached
-_MAX_SHOWN_WORDS = 12
+_MAX_LISTED_WORDS = 12  # of the parts where a path fails, in a hint
 _MAX_EXAMINED = 100  # instances in which the words for a hint are looked up
 _MAX_SHOWN_CHARACTERS = 80  # of a malformed path, in a message
 _SPECIAL = frozenset("/[]\\")
@@ -212,7 +212,7 @@ class Locator:
         words = sorted({e.word for instance in selection[:_MAX_EXAMINED] for e in descendants(instance.entity)})
         hint = None
         if step.kind == "word":
-            shown = ", ".join(words[:_MAX_SHOWN_WORDS]) + (", ..." if len(words) > _MAX_SHOWN_WORDS else "")
+            shown = ", ".join(words[:_MAX_LISTED_WORDS]) + (", ..." if len(words) > _MAX_LISTED_WORDS else "")
             hint = suggest(step.name, words) or f"its words are {shown}"
         return SceneError("value", f"no part `{step}` in `{around}`", hint)
 

@@ -47,8 +47,8 @@ def find(program: OpenProgram, top: CodeTree) -> bool:
 
 # --- similar parts -------------------------------------------------------------------------------------------------
 
-_MIN_ROWS = 3
-_MAX_COLUMNS = 4
+_MIN_ROWS = 3  # similar forms that become a loop over a table
+_MAX_COLUMNS = 4  # of that table: variables of the loop
 _GAIN = 0.75  # a table must be this much shorter than the parts
 
 

@@ -48,7 +48,7 @@ from scenelang.interpreter.transpile.writing.writer import Analysed, Writer
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
 
-_MAX_ROUNDS = 3
+_MAX_FOLDINGS = 3  # evaluations of the parts with errors: what remains may have errors in other parts
 _MISTAKES = ("python-name", "python-call")  # these errors say more than where the evaluation ends
 _MAX_PROSE = 1200  # characters of the response's text that become comments
 
@@ -185,7 +185,7 @@ def _with_evaluated_parts(
         with_tables = _with_tables(text, root, errors, budget, finish, with_text=with_text)
         if with_tables is not None:
             return with_tables
-    for _ in range(_MAX_ROUNDS):  # what remains may have errors in other parts
+    for _ in range(_MAX_FOLDINGS):
         more: list[Diagnostic] = []
         for way in ways:
             remaining = fold(text, root, errors, way, budget)

@@ -383,9 +383,9 @@ _STILL = (
 _FILM_VIEW = "azimuth=30,elevation=20"
 _MOMENTS = (0.0, 0.13, 0.41, 0.77)  # of a film; avoids fractions at which periodic motion repeats
 _MAX_CLOSE_UPS = 3  # of one request
-_NEAR = "azimuth=40,elevation=8"  # low, so that a gap below an object is seen
+_CLOSE_UP_VIEW = "azimuth=40,elevation=8"  # low, so that a gap below an object is seen
 # Distance of a close-up in diagonals of the object's box: at 1.6 it fills the field of view of 35 degrees.
-_AROUND = 3.5
+_CLOSE_UP_DIAGONALS = 3.5
 _MARGIN_PX = 8  # pixels between the views of a contact sheet
 
 
@@ -415,8 +415,11 @@ def close_ups(scene: Scene, findings: Sequence[Diagnostic]) -> list[tuple[str, E
             box = box_of(scene, path)
             if box is not None:
                 low, high = np.array(box[:3]), np.array(box[3:])
-                target, distance = ":".join(map(str, (low + high) / 2.0)), _AROUND * float(np.linalg.norm(high - low))
-                view = f"{_NEAR},target={target},distance={distance}"
+                target, distance = (
+                    ":".join(map(str, (low + high) / 2.0)),
+                    _CLOSE_UP_DIAGONALS * float(np.linalg.norm(high - low)),
+                )
+                view = f"{_CLOSE_UP_VIEW},target={target},distance={distance}"
                 shown.append((f'"{path}", from near:', encoded(picture(scene, view))))
         except SceneError:
             continue

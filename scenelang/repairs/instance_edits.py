@@ -50,14 +50,14 @@ from scenelang.repairs.whole_objects import (
 if TYPE_CHECKING:
     from scenelang.session.session import Session
 
-_EFFORT = 20.0  # budget of all trials in units of ``Trials``: about 20 s
+_FORM_EFFORT = 20.0  # budget of the trials of changed forms, in units of ``Trials``: about 20 s
 _NUMBER_EFFORT = 5.0  # the same for the numbers that place an instance
 _NAMED_COLOR = re.compile(r"[a-zA-Z][a-zA-Z ]*|#[0-9a-fA-F]{3,8}")  # what `color` takes, which people write bare
-_MAX_TESTS = 120  # evaluations of changed forms
-_MAX_PRIMITIVES = 200_000
+_MAX_FORM_TRIALS = 120  # evaluations of changed forms for one edit
+_MAX_MATCHED_PRIMITIVES = 200_000  # of a scene, which are matched with those before an edit
 _POSE_TOLERANCE = 1e-9  # relative to the scene's size: primitives closer than this have not moved
 # The same for the asked motion. It is written with 9 decimals and passes through the poses around the form.
-_MOTION_TOLERANCE = 1e-7
+_ASKED_MOTION_TOLERANCE = 1e-7
 _MAX_SHOWN_LENGTH = 60  # characters of a form in a message
 
 
@@ -224,7 +224,7 @@ class _Search:
     def __init__(self, session: Session, source: Source, edit: InstanceEdit) -> None:
         self.session, self.source, self.edit = session, source, edit
         evaluate = trials.version_evaluator(session)
-        self.trials = Trials(source.name, evaluate, _EFFORT, _MAX_TESTS)
+        self.trials = Trials(source.name, evaluate, _FORM_EFFORT, _MAX_FORM_TRIALS)
         self._number_trials = Trials(source.name, evaluate, _NUMBER_EFFORT)
         self.before = _Layout(evaluate(source).require(), edit)
         if edit.recolor is not None:
@@ -351,7 +351,7 @@ class _Layout:
     def __init__(self, scene: Scene, edit: InstanceEdit) -> None:
         """Select the instances of a path in every frame; a path must select some in one of them."""
         self.edit, path = edit, edit.path
-        self.frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
+        self.frames = [_Rows(frame) for frame in flatten(scene, _MAX_MATCHED_PRIMITIVES).frames]
         self.ranges: list[list[tuple[int, int]]] = []
         self.located: list[list[Located]] = []  # instances in each frame
         self.added = 0  # primitives of instances that the path does not select, but the form of the chosen ones makes
@@ -405,7 +405,7 @@ class _Layout:
     def outcome(self, scene: Scene) -> _Outcome | None:
         """Return what a program with an edit changes; None if its primitives cannot be matched with those before."""
         try:
-            frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
+            frames = [_Rows(frame) for frame in flatten(scene, _MAX_MATCHED_PRIMITIVES).frames]
         except SceneError:
             return None
         if len(frames) != len(self.frames):
@@ -423,7 +423,7 @@ class _Layout:
     def shift(self, scene: Scene) -> Shift | None:
         """Return how far a program with an edit moves the instances; None if it does anything else to them."""
         try:
-            frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
+            frames = [_Rows(frame) for frame in flatten(scene, _MAX_MATCHED_PRIMITIVES).frames]
         except SceneError:
             return None
         if len(frames) != len(self.frames):
@@ -442,7 +442,7 @@ class _Layout:
             outcome = _moved_rows(old, new, inside, inside, (0.0, 0.0, 0.0))
             if outcome is None or outcome.motion is None:
                 return None
-            if motion is not None and np.abs(motion - outcome.motion).max() > _MOTION_TOLERANCE * old.size:
+            if motion is not None and np.abs(motion - outcome.motion).max() > _ASKED_MOTION_TOLERANCE * old.size:
                 return None
             motion = outcome.motion
         return None if motion is None else Shift(motion, np.concatenate(others))
@@ -602,7 +602,7 @@ def _is_transformed(
     expected = each[:, :3, :3] @ old.poses[before]
     expected[:, :, 3] += each[:, :3, 3]
     size = max(old.size, new.size)
-    is_close = np.abs(expected - new.poses[after]).max(initial=0.0) <= _MOTION_TOLERANCE * size
+    is_close = np.abs(expected - new.poses[after]).max(initial=0.0) <= _ASKED_MOTION_TOLERANCE * size
     return bool(is_close and (old.keys[before] == new.keys[after]).all())
 
 
@@ -619,7 +619,7 @@ def _moved_rows(old: _Rows, new: _Rows, before: Any, after: Any, move: Sequence[
     if not bool((old.keys[before] == new.keys[after]).all()):
         return None
     change = new.poses[after] - old.poses[before]
-    tolerance = _MOTION_TOLERANCE * old.size
+    tolerance = _ASKED_MOTION_TOLERANCE * old.size
     motion = change[0, :, 3]
     if np.abs(change[:, :, :3]).max(initial=0.0) > tolerance or np.abs(change[:, :, 3] - motion).max() > tolerance:
         return _Outcome(0, False)

@@ -30,7 +30,7 @@ _MAX_VALUE = 120  # characters of a value in a condition
 _MAX_NAMES = 8  # variables in scope, the innermost first
 _MAX_CONDITIONS = 3  # that are tried at a form
 _MAX_FORMS = 6  # that are tried on each level
-_MAX_PRIMITIVES = 200_000
+_MAX_MATCHED_PRIMITIVES = 200_000  # of a scene, as in ``instance_edits``
 # Combinators that copy an object or call a function of the indices of the copy, with the argument that is the object
 # and the number of indices (``Template`` in `stdlib/combinators.scene`).
 _TEMPLATES = {"ring": (2, 1), "along": (1, 1), "scatter": (2, 1), "scatter-on": (1, 1), "grid": (1, 3)}
@@ -244,7 +244,7 @@ class _Sites:
         if scene is None or len(scene.frames) != len(self._frames):
             return None
         hits, others = [], set[str]()
-        for root, frame, flat in zip(scene.frames, self._frames, flatten(scene, _MAX_PRIMITIVES).frames):
+        for root, frame, flat in zip(scene.frames, self._frames, flatten(scene, _MAX_MATCHED_PRIMITIVES).frames):
             found = [_hit(root, each.positions, site.level) for each in frame]
             if any(hit is None for hit in found):
                 return None

@@ -149,7 +149,7 @@ def _assume_annotations(state: InferenceState, function: Function) -> None:
 # Statements.
 
 
-_MAX_NESTED_LOOPS = 5
+_MAX_NESTED_LOOPS = 5  # analyzed in order of execution: every level multiplies the work
 _MAX_ITERATIONS = 8  # of the analysis of a loop's body; types that still grow are joined by ``store``
 
 

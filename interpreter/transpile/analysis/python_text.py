@@ -320,8 +320,8 @@ _TOKENS = re.compile(
     r'"""(?:[^\\]|\\.)*?"""' r"|'''(?:[^\\]|\\.)*?'''" r'|"(?:[^"\\\n]|\\.)*"' r"|'(?:[^'\\\n]|\\.)*'" r"|(#[^\n]*)",
     re.S,
 )
-_MAX_SYNTAX_ERRORS = 5
-_MAX_NODES, _MAX_DEPTH = 80_000, 400  # of the syntax tree
+_MAX_SYNTAX_ERRORS = 5  # that are reported
+_MAX_SYNTAX_NODES, _MAX_SYNTAX_DEPTH = 80_000, 400  # of the syntax tree
 
 
 @dataclass(slots=True)
@@ -442,19 +442,21 @@ def _too_large(text: PythonText, tree: ast.Module) -> Diagnostic | None:
     """Return a diagnostic for a program far larger than models write; parts of the analysis are not linear."""
     level: list[ast.AST] = [tree]
     count = 0
-    for _ in range(_MAX_DEPTH):
+    for _ in range(_MAX_SYNTAX_DEPTH):
         count += len(level)
         level = [child for node in level for child in child_nodes(node)]
-        if not level or count > _MAX_NODES:
+        if not level or count > _MAX_SYNTAX_NODES:
             break
     if not level:
         return None
     where = next((node for node in level if hasattr(node, "lineno")), tree)
-    if count > _MAX_NODES:
+    if count > _MAX_SYNTAX_NODES:
         return Diagnostic(
-            "size", f"the syntax tree of the Python code has more than {_MAX_NODES:,} nodes", text.span(where)
+            "size", f"the syntax tree of the Python code has more than {_MAX_SYNTAX_NODES:,} nodes", text.span(where)
         )
-    return Diagnostic("nesting", f"the Python code is nested more than {_MAX_DEPTH} levels deep", text.span(where))
+    return Diagnostic(
+        "nesting", f"the Python code is nested more than {_MAX_SYNTAX_DEPTH} levels deep", text.span(where)
+    )
 
 
 def _with_separate_lists(tree: ast.Module) -> ast.Module:

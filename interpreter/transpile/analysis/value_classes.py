@@ -27,7 +27,7 @@ from scenelang.interpreter.transpile.analysis.rewriting import free_name, is_ann
 from scenelang.interpreter.transpile.analysis.scopes import Class
 
 _SORTING = ("sorted", "min", "max", "sort")
-_DEEPEST = 3
+_MAX_ITEM_DEPTH = 3  # lists in lists whose items are looked at
 
 
 def compares_fields(record: Class) -> bool:
@@ -37,7 +37,7 @@ def compares_fields(record: Class) -> bool:
     return is_data or "__eq__" in record.methods or _is_named_tuple(record)
 
 
-def classes_compared_by_value(value: AbstractType, depth: int = _DEEPEST) -> list[Class]:
+def classes_compared_by_value(value: AbstractType, depth: int = _MAX_ITEM_DEPTH) -> list[Class]:
     """Return the classes of what a value is, or contains, that have no identity in Python."""
     found = [c for c in value.classes if compares_fields(c) and not is_enumeration(c.node)]
     found = found if value.kinds & RECORD else []

@@ -197,7 +197,7 @@ def weigh(value: Any) -> None:
             depth -= 1
 
 
-_MAX_NESTING = 2_000
+_MAX_NESTING = 2_000  # values within a value
 
 
 def _parts_of(value: Any) -> Iterable[Any]:
@@ -291,7 +291,7 @@ def few(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-_MOST_PRODUCTS = 100_000_000
+_MAX_PRODUCTS = 100_000_000  # that one call of einsum adds up
 
 
 def _einsum_size(arguments: tuple[Any, ...]) -> float:
@@ -301,7 +301,7 @@ def _einsum_size(arguments: tuple[Any, ...]) -> float:
         return float(np.prod([float(each.size) for each in arrays]))
     inputs, arrow, output = arguments[0].replace(" ", "").partition("->")
     letters = {c: n for text, each in zip(inputs.split(","), arrays) for c, n in zip(text, each.shape)}
-    if float(np.prod([float(n) for n in letters.values()])) > _MOST_PRODUCTS:
+    if float(np.prod([float(n) for n in letters.values()])) > _MAX_PRODUCTS:
         raise UnsupportedPython("this sum of products is too long")
     kept = output if arrow else "".join(c for c in letters if inputs.count(c) == 1)
     return float(np.prod([float(letters.get(c, 1)) for c in kept]))

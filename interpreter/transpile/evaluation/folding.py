@@ -388,7 +388,7 @@ def _located(node: Any, line: int) -> Any:
 _SIZE_AT = {
     "choice": 1, "random": 0, "random_sample": 0, "standard_normal": 0, "normal": 2, "randint": 2, "uniform": 2,
 }  # fmt: skip
-_MAX_DRAWN = 5_000
+_MAX_DRAWN_NUMBERS = 5_000  # of one call
 _KINDS = {"randint": "int", "randrange": "int", "permutation": "number"}  # of draws; others are floats
 
 
@@ -414,7 +414,7 @@ def _drawn_shape(method: str, arguments: tuple[Any, ...], named: Mapping[str, An
         else:
             given = [each for each in (*arguments[:2], *named.values()) if isinstance(each, (list, tuple, np.ndarray))]
             shape = np.broadcast_shapes(*map(np.shape, given)) if given and method in ("normal", "uniform") else ()
-    if int(np.prod(shape)) > _MAX_DRAWN:
+    if int(np.prod(shape)) > _MAX_DRAWN_NUMBERS:
         raise UnsupportedPython("this draw has too many numbers")
     return shape
 
@@ -786,7 +786,7 @@ class Folding:
         if method not in ("sample", "choices"):
             return None
         count = int(named.get("k", arguments[1] if method == "sample" and len(arguments) > 1 else 1))
-        if count > _MAX_DRAWN:
+        if count > _MAX_DRAWN_NUMBERS:
             raise UnsupportedPython("this draw has too many numbers")
         return count
 

@@ -600,7 +600,7 @@ def _fraction(*given: Any) -> fractions.Fraction:
 def _limited_texts(names: dict[str, Any]) -> dict[str, Any]:
     def limited(function: Callable[..., Any]) -> Callable[..., Any]:
         def call(*arguments: Any, **named: Any) -> Any:
-            if sum(len(each) for each in (*arguments, *named.values()) if isinstance(each, str)) > _MAX_SEARCHED:
+            if sum(len(each) for each in (*arguments, *named.values()) if isinstance(each, str)) > _MAX_SEARCHED_LENGTH:
                 raise UnsupportedPython("this text is too long")
             return function(*arguments, **named)
 
@@ -701,7 +701,7 @@ def _limited(evaluator: PythonEvaluator, node: ast.operator, function: Callable[
     return lambda left, right: evaluator.operate(node, function, left, right)
 
 
-_MAX_PATTERN, _MAX_SEARCHED = 200, 20_000
+_MAX_PATTERN_LENGTH, _MAX_SEARCHED_LENGTH = 200, 20_000  # characters: matching may backtrack
 _NESTED = re.compile(r"[*+}]\)*[*+{]|\([^()]*[*+][^()]*\)[*+{]")  # patterns that may backtrack without end
 
 
@@ -714,11 +714,14 @@ def _patterns() -> dict[str, Any]:
             may_go_back = _NESTED.search(text) or repeats_choices(text)
             flags = [each for each in (*rest, *named.values()) if isinstance(each, int) and each]  # or a count
             has_flags = flags or (isinstance(pattern, re.Pattern) and pattern.flags != re.UNICODE)
-            if len(text) > _MAX_PATTERN or (may_go_back and (has_flags or not is_deterministic(text))):
+            if len(text) > _MAX_PATTERN_LENGTH or (may_go_back and (has_flags or not is_deterministic(text))):
                 raise UnsupportedPython("this pattern may take too long to match", "use a simpler pattern")
             texts = [each for each in (*rest, *named.values()) if isinstance(each, str)]
             # the lengths multiply, since a replacement can be inserted at every character
-            if any(len(each) > _MAX_SEARCHED for each in texts) or math.prod(len(each) + 1 for each in texts) > 10**8:
+            if (
+                any(len(each) > _MAX_SEARCHED_LENGTH for each in texts)
+                or math.prod(len(each) + 1 for each in texts) > 10**8
+            ):
                 raise UnsupportedPython("this text is too long to be searched")
             check_repetitions(text, max(map(len, texts), default=0))
             return function(pattern, *rest, **named)

@@ -61,9 +61,9 @@ from scenelang.interpreter.transpile.evaluation.residue import (
 from scenelang.interpreter.transpile.evaluation.scientific import library_class
 from scenelang.interpreter.transpile.evaluation.structures import form_of, leaves_of, parts_of
 
-_FEWEST, _MOST = 2, 5_000  # turns of a loop that remains
+_MIN_TURNS, _MAX_TURNS = 2, 5_000  # turns of a loop that remains
 _MOST_WALKED, _MOST_WALKED_IN_ALL = 30_000, 1_500_000  # values that a loop might change
-MOST_RESTARTS = 50
+MOST_RESTARTS = 50  # of an evaluation, after which all loops are unrolled
 # Steps take 1.4 to 1.9 microseconds each in three programs that make much residual code.
 _MOST_STEPS = 500_000  # of evaluations that were given up, after which all loops are unrolled
 _MOST_STEPS_OF_TRIAL = 250_000  # of the case of defaults, which may fail: half of those
@@ -419,7 +419,7 @@ class Loops:
             if changing & frame.names.keys() and not _is_eager(items):
                 raise self._refusal(node)  # it may look at what the loop changes
             items = self._listed(node, items, heap, frame)
-        if not _FEWEST <= len(items) <= _MOST:
+        if not _MIN_TURNS <= len(items) <= _MAX_TURNS:
             return items, None
         return items, heap
 
@@ -429,7 +429,7 @@ class Loops:
         with self._quiet(lambda: self._refusal(node)):
             for item in self._evaluator.iterate(items):
                 found.append(item)
-                if len(found) > _MOST:
+                if len(found) > _MAX_TURNS:
                     raise self._refusal(node)
         if isinstance(items, (PythonGenerator, Iterator)) and type(items) is not PythonObject:
             heap.drop(items)

@@ -22,7 +22,7 @@ from scenelang.interpreter.transpile.evaluation import MAX_ITEMS, UnsupportedPyt
 from scenelang.interpreter.transpile.evaluation.objects import HostObject, Native
 
 Floats = npt.NDArray[np.float64]
-_MOST_OCTAVES = 64
+_MAX_OCTAVES = 64  # of one call, each as long as a call without octaves
 
 # --- noise ------------------------------------------------------------------------------------------------------------
 
@@ -138,7 +138,7 @@ def _steps(first: list[Any]) -> list[tuple[int, ...]]:
 def _layers(octaves: int, persistence: float, lacunarity: float) -> list[tuple[Any, Any]]:
     if octaves <= 0:
         raise ValueError("Expected octaves value > 0")
-    if octaves > _MOST_OCTAVES:
+    if octaves > _MAX_OCTAVES:
         raise UnsupportedPython("these octaves are too many")
     found, frequency, amplitude = [], _F(1), _F(1)
     for _ in range(octaves):

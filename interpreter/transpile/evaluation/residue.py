@@ -420,7 +420,7 @@ def parameter_in(node: ast.expr) -> str | None:
 # --- parts --------------------------------------------------------------------------------------------------------
 
 
-_MOST_COLUMNS, _MOST_COLUMNS_OF_FRAMES = 24, 500
+_MAX_COLUMNS, _MAX_COLUMNS_OF_FRAMES = 24, 500  # of tables that replace similar expressions
 _ALIASES = {"np": "numpy_module", "math": "math_module", "random": "random_module"}
 
 
@@ -687,7 +687,7 @@ class _Writer(ast.NodeTransformer):
 
     def frames(self, node: ast.List) -> ast.expr:
         """Write the frames of an animation, as a comprehension if they are similar."""
-        found = rolled([self.visit(each) for each in node.elts], _MOST_COLUMNS_OF_FRAMES)
+        found = rolled([self.visit(each) for each in node.elts], _MAX_COLUMNS_OF_FRAMES)
         only = found[0] if len(found) == 1 else None
         return only.value if isinstance(only, ast.Starred) else ast.List(found, ast.Load())
 
@@ -748,10 +748,10 @@ def _unnested(nodes: Sequence[ast.expr]) -> Iterator[ast.expr]:
 # generalised to their least general common form (anti-unification; Plotkin 1970); what differs becomes a table.
 
 
-_FEWEST = 3  # expressions that become a loop
+_MIN_LOOP_TURNS = 3  # expressions that become a loop
 
 
-def rolled(nodes: Iterable[ast.expr], most: int = _MOST_COLUMNS) -> list[ast.expr]:
+def rolled(nodes: Iterable[ast.expr], most: int = _MAX_COLUMNS) -> list[ast.expr]:
     """Return expressions with loops, over tables of at most ``most`` columns, in place of runs of similar ones."""
     found: list[ast.expr] = []
     run: list[ast.expr] = []
@@ -794,7 +794,7 @@ def _is_number(node: ast.AST) -> bool:
 
 
 def _loop(run: Sequence[ast.expr], most: int) -> list[ast.expr]:
-    if len(run) < _FEWEST or isinstance(run[0], ast.Starred):
+    if len(run) < _MIN_LOOP_TURNS or isinstance(run[0], ast.Starred):
         return list(run)
     rows = [_numbers(node) for node in run]
     columns = list(zip(*rows))

@@ -15,7 +15,7 @@ import numpy as np
 from scenelang.interpreter.transpile.evaluation.objects import NamedTuple, PythonObject
 from scenelang.interpreter.transpile.evaluation.residue import Residual, node_of
 
-_MOST_LEAVES, _DEEPEST = 24, 4
+_MAX_LEAVES, _MAX_DEPTH = 24, 4  # of a value that a general function may take
 _LEAVES = (int, float, bool, str, np.integer, np.floating)
 
 
@@ -38,7 +38,7 @@ def is_general(value: Any) -> bool:
     if type(value) in (tuple, list):
         return 2 <= len(parts) <= 4 and all(map(_is_number, parts))
     leaves = list(_leaves(value, 0))
-    return 0 < len(leaves) <= _MOST_LEAVES and all(map(_is_leaf, leaves))
+    return 0 < len(leaves) <= _MAX_LEAVES and all(map(_is_leaf, leaves))
 
 
 def _is_number(value: Any) -> bool:
@@ -50,7 +50,7 @@ def _is_leaf(value: Any) -> bool:
 
 
 def _leaves(value: Any, depth: int) -> Iterator[Any]:
-    parts = parts_of(value) if depth < _DEEPEST else None
+    parts = parts_of(value) if depth < _MAX_DEPTH else None
     if parts is None:
         yield value
     else:

@@ -591,7 +591,7 @@ def _comments(texts: Sequence[str | None]) -> tuple[str | None, ...]:
     return tuple(None if text is None else line_comment(text) for text in texts)
 
 
-_PROSE_WIDTH = 86
+_PROSE_WIDTH = 86  # characters in a line of a comment
 
 
 def prose(text: str) -> list[str]:

@@ -41,7 +41,7 @@ from scenelang.interpreter.transpile.writing.writer import WriteExpression, Writ
 _BLOCKS = {word.replace("-", "_"): word for word in block_words()}
 _SHAPES = {word.replace("-", "_"): word for word in solid_words()}
 _ATTRIBUTES = {"block_type": "block-type", "block_kwargs": "block-kwargs"}
-_MAX_NAME = 60
+_MAX_SHOWN_NAME = 60  # characters of a wrong name in a message
 _VECTORS = ("color", "scale", "p0", "p1")
 
 
@@ -323,7 +323,7 @@ def _keyword_of(name: str) -> str:
 def _check_attribute_name(w: Writer, name: str, key: ast.expr) -> None:
     """Raise an error if the key of a table cannot be a keyword."""
     if not is_keyword_name(_keyword_of(name)):
-        shown = repr(name) if len(name) <= _MAX_NAME else repr(name[:_MAX_NAME]) + "..."
+        shown = repr(name) if len(name) <= _MAX_SHOWN_NAME else repr(name[:_MAX_SHOWN_NAME]) + "..."
         hint = "an attribute name is a single word such as `radius`"
         raise w.error("python-call", f"invalid attribute name {shown}", key, hint)
 
