@@ -207,7 +207,7 @@ CODES: dict[str, DiagnosticCode] = {
         "W634", "A body starts inside another one, and flies apart from it when the scene is simulated."
     ),
     "not-simulated": DiagnosticCode(
-        "W635", "Nothing is simulated: the scene, or its first frame, has no solid things."
+        "W635", "Nothing is simulated: the scene, or its first frame, has no solid objects."
     ),
     "empty-box": DiagnosticCode("W601", "The bounding box of an empty shape defaults to the unit box."),
     "no-extent": DiagnosticCode("W602", "A primitive has zero extent along some axis."),
@@ -409,7 +409,7 @@ class SceneError(Exception):
     value
         Value that the program raised.
     subject
-        Entity or mesh that the error is about, where a picture of it helps.
+        Entity or mesh that the error is about, where an image of it helps.
     """
 
     name: str
@@ -893,7 +893,7 @@ _SCENES = {
     "parts": "Return entities, the results of `transform`, or lists of these; return `(union)` for an empty shape.",
     "pose": "Build the matrix with `translate`, `rotate`, `scale`, `reflect` and `@` from finite numbers.",
     "attribute": "Pass a value of the type named in the message.",
-    "declaration": "Move the thing as the hint says, or correct the declaration.",
+    "declaration": "Move the object as the hint says, or correct the declaration.",
     "declaration-subject": "Name a word or handle that occurs in the entity that states the declaration.",
     "solid": "Use closed solids as operands: cubes, spheres and other primitives, closed mesh files, or other solids.",
     "embedding": "Pass an attribute by keyword, such as `:height 3`, or a text, a handle or `(embedding ...)`.",

@@ -55,12 +55,12 @@ def read_cached(kind: str, name: str) -> dict[str, Any] | None:
         if path.stat().st_size > _MAX_CACHED_FILE_BYTES:
             return None
         with np.load(path, allow_pickle=False) as file:
-            found = {key: file[key] for key in file.files}
+            arrays = {key: file[key] for key in file.files}
     except (OSError, RuntimeError, KeyError, ValueError, EOFError, AttributeError, zipfile.BadZipFile):
         return None
     with suppress(OSError):
         os.utime(path)
-    return found
+    return arrays
 
 
 def write_cached(kind: str, name: str, arrays: Mapping[str, Any]) -> None:

@@ -386,13 +386,13 @@ class Locator:
         return "/".join(steps) or escaped(self.root.word)
 
 
-def primitive_ranges(root: Entity, found: Sequence[Located]) -> list[tuple[int, int]]:
+def primitive_ranges(root: Entity, instances: Sequence[Located]) -> list[tuple[int, int]]:
     """Return for each located instance its primitives in the flattened frame, as a half-open range of indices."""
     counts: dict[int, int] = {}
     for entity in descendants(root):
         below = sum(times * counts[id(child)] for child, times in entity_times(entity.children))
         counts[id(entity)] = int(entity.is_primitive) + below
-    return [_range(root, instance.positions, counts) for instance in found]
+    return [_range(root, instance.positions, counts) for instance in instances]
 
 
 def _range(root: Entity, positions: Sequence[int], counts: dict[int, int]) -> tuple[int, int]:
@@ -404,10 +404,10 @@ def _range(root: Entity, positions: Sequence[int], counts: dict[int, int]) -> tu
     return first, first + counts[id(entity)]
 
 
-def outermost(found: Sequence[Located]) -> Iterator[Located]:
+def outermost(instances: Sequence[Located]) -> Iterator[Located]:
     """Yield the instances that are not below another one, each once."""
     yielded: set[tuple[int, ...]] = set()
-    for instance in sorted(found, key=lambda one: one.positions):  # ancestors first
+    for instance in sorted(instances, key=lambda one: one.positions):  # ancestors first
         if not any(instance.positions[:k] in yielded for k in range(len(instance.positions) + 1)):
             yielded.add(instance.positions)
             yield instance
