@@ -353,7 +353,10 @@ def text_weights(tensors: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def text_only_model(name: str, tower: Any) -> ClipModel:
-    """Return a model with the text tower and OpenCLIP's tokenizer, which cannot encode images."""
+    """Return a model with the text tower and OpenCLIP's tokenizer, which cannot encode images.
+
+    The image encoder is larger, and unused.
+    """
     open_clip = require("open_clip", INSTALL)
     return ClipModel(ClipName(name), tower, open_clip.SimpleTokenizer(context_length=tower.context_length), None)
 

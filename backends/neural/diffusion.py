@@ -428,7 +428,11 @@ class TransformersPromptEncoder:
         return PromptEmbeddings(states, states[rows, tokens.eos_positions])
 
     def _tokenize(self, text: str) -> list[int]:
-        """Tokenize a text without special tokens: a "!" in it is not the padding token of Stable Diffusion 2."""
+        """Tokenize a text without special tokens.
+
+        The padding token of Stable Diffusion 2 is "!", and diffusers would treat one in a prompt as padding. OpenCLIP,
+        which trained the text encoder, does not.
+        """
         return list(self.tokenizer(text, add_special_tokens=False, split_special_tokens=True).input_ids)
 
 

@@ -3,6 +3,9 @@
 OpenSCAD finds out at run time whether an object is flat; here profiles and solids are different values, so a module
 that is called with flat children and with solid ones is written twice. Objects may be empty in OpenSCAD, which
 booleans here refuse: where that can happen, a helper leaves the empty ones out.
+
+Converted programs get OpenSCAD's polygons, not exact spheres and cylinders: the same numbers of sides, rings half a
+step from the poles, and layers of twists, so that volumes agree and parts still fit into each other.
 """
 
 from __future__ import annotations

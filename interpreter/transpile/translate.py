@@ -50,7 +50,9 @@ if TYPE_CHECKING:
 
 _MAX_FOLDINGS = 3  # evaluations of the parts with errors: what remains may have errors in other parts
 _MISTAKES = ("python-name", "python-call")  # these errors say more than where the evaluation ends
-_MAX_PROSE = 1200  # characters of the response's text that become comments
+# Characters of a response before the code, and after it, that become comments: models append whole essays, and users
+# want the program.
+_MAX_PROSE = 1200
 
 
 @dataclass(frozen=True, slots=True, eq=False)

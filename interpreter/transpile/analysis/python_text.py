@@ -321,7 +321,8 @@ _TOKENS = re.compile(
     re.S,
 )
 _MAX_SYNTAX_ERRORS = 5  # that are reported
-_MAX_SYNTAX_NODES, _MAX_SYNTAX_DEPTH = 80_000, 400  # of the syntax tree
+# Of the syntax tree. Models do not write larger programs, and parts of the analysis are not linear.
+_MAX_SYNTAX_NODES, _MAX_SYNTAX_DEPTH = 80_000, 400
 
 
 @dataclass(slots=True)
