@@ -155,6 +155,18 @@ def test_the_help_imports_nothing_but_the_table_of_commands() -> None:
     assert run.stdout.splitlines()[-1] == "MODULES scenelang scenelang.cli scenelang.cli.command_table"
 
 
+def test_the_help_of_model_commands_imports_no_checks_of_geometry() -> None:
+    code = (
+        "import sys; from scenelang.cli.main import main\n"
+        "try:\n    main(['generate', '--help'])\nexcept SystemExit:\n    pass\n"
+        "print('MODULES', *[name for name in sys.modules if name.startswith('scenelang.backends.')])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    names = run.stdout.splitlines()[-1].split()[1:]
+    assert names
+    assert [name for name in names if domain_of_module(name) in ("geometry checks", "pictures")] == []
+
+
 def test_the_help_is_that_of_the_parser(capsys: pytest.CaptureFixture[str]) -> None:
     from scenelang.cli.command_table import prints_help
     from scenelang.cli.main import build_parser

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenelang.backends.files import read_regular
-from scenelang.backends.geometry.relations import check_declarations
 from scenelang.backends.language_models.catalogue import (
     ImageContent,
     Message,
@@ -43,6 +42,7 @@ from scenelang.interpreter.scene.primitives import block_words
 from scenelang.interpreter.transpile.analysis.python_text import code_of
 from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import trial
+from scenelang.session.checking import declaration_errors
 from scenelang.session.declarations import declared_in_python, with_acceptance
 from scenelang.session.formatting import formatted
 from scenelang.session.scene_changes import changes_between, compared_frames
@@ -163,7 +163,7 @@ class AnswerReader:
         before, after = (box_diagonal(entity_box(scene.root)) for scene in (verdict.scene, result.scene))
         if after > _MAX_GROWTH * before:
             return verdict
-        left = linted(result, check_declarations)
+        left = linted(result, declaration_errors)
         code = found.text if self.brief.task.notation is Notation.LANGUAGE else verdict.code
         findings = self._findings(result.scene)
         repairs = tuple(edit.resolves for edit in found.edits)
@@ -199,7 +199,7 @@ class AnswerReader:
         if scene is not None:
             accepted = self.acceptance(scene)
             program = with_acceptance(program, accepted)
-            unlike = [*_unlike(scene, task), *linted(result, lambda graph: check_declarations(graph, accepted))]
+            unlike = [*_unlike(scene, task), *linted(result, lambda graph: declaration_errors(graph, accepted))]
         is_linted = has_findings and task.kind is not TaskKind.BLOCKS
         findings = self._findings(scene) if is_linted and scene is not None else ()
         return Verdict(program, scene, (*result.diagnostics, *unlike), findings, code)
