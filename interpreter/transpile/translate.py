@@ -82,8 +82,8 @@ class Translation:
 
     def with_diagnostics(self, diagnostics: tuple[Diagnostic, ...]) -> Translation:
         """Return the translation with the diagnostics of the checker, without a program if one of them is an error."""
-        found = replace(self, diagnostics=diagnostics)
-        return found if found.ok else Translation((), "", diagnostics)
+        translation = replace(self, diagnostics=diagnostics)
+        return translation if translation.ok else Translation((), "", diagnostics)
 
     @property
     def ok(self) -> bool:
@@ -122,8 +122,8 @@ def translate(source: Source, with_text: bool = True, finish: Finish | None = No
         if second.ok:
             return replace(second, way="rewritten")
         if analysed.root is not None:
-            found = [d for d in second.diagnostics if d.is_error]
-            with_tables = _with_tables(in_place, analysed.root.name, found, StepBudget(), finish, with_text=with_text)
+            errors = [d for d in second.diagnostics if d.is_error]
+            with_tables = _with_tables(in_place, analysed.root.name, errors, StepBudget(), finish, with_text=with_text)
             if with_tables is not None:
                 return with_tables
     return _with_evaluated_parts(text, analysed, translation, translation.diagnostics, finish, with_text=with_text)
@@ -156,22 +156,24 @@ def with_evaluated_parts(
     """
     text = parse_python(source)
     analysed = analyse(text)
-    found = [*_translation(text, analysed, None, with_text=False).diagnostics, *errors]
+    diagnostics = [*_translation(text, analysed, None, with_text=False).diagnostics, *errors]
     if translation.way != "tabulated" and analysed.root is not None:
         from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
 
-        known = [d for d in found if d.is_error]
+        known = [d for d in diagnostics if d.is_error]
         with_tables = _with_tables(text, analysed.root.name, known, StepBudget(), finish, with_text=with_text)
         if with_tables is not None:
             return with_tables
-    return _with_evaluated_parts(text, analysed, translation, found, finish, ("unrolled", "drawn"), with_text=with_text)
+    return _with_evaluated_parts(
+        text, analysed, translation, diagnostics, finish, ("unrolled", "drawn"), with_text=with_text
+    )
 
 
 def _with_evaluated_parts(
     text: PythonText,
     analysed: Analysed,
     translation: Translation,
-    found: Sequence[Diagnostic],
+    diagnostics: Sequence[Diagnostic],
     finish: Finish | None,
     ways: Sequence[str] = ("loops", "unrolled", "drawn"),
     *,
@@ -182,7 +184,7 @@ def _with_evaluated_parts(
 
     budget = StepBudget()
     root = analysed.root.name if analysed.root is not None else None
-    errors = [d for d in found if d.is_error]
+    errors = [d for d in diagnostics if d.is_error]
     if "loops" in ways:  # else a run of the translation has failed
         with_tables = _with_tables(text, root, errors, budget, finish, with_text=with_text)
         if with_tables is not None:
@@ -192,7 +194,7 @@ def _with_evaluated_parts(
         for way in ways:
             remaining = fold(text, root, errors, way, budget)
             if isinstance(remaining.text, Diagnostic) and way == ways[0]:
-                return _refused(remaining.text, found, translation)
+                return _refused(remaining.text, diagnostics, translation)
             for folded in (remaining.with_originals, remaining.text):
                 if isinstance(folded, PythonText):
                     second = _translation(folded, analyse(folded), finish, with_text=with_text)
@@ -234,7 +236,7 @@ def _with_tables(
     return None
 
 
-def _refused(folded: Diagnostic, found: Sequence[Diagnostic], translation: Translation) -> Translation:
+def _refused(folded: Diagnostic, diagnostics: Sequence[Diagnostic], translation: Translation) -> Translation:
     """Return the errors of a program that can neither be translated nor evaluated: where its evaluation ends, and why.
 
     What the translation takes for a mistake may follow from what it does not support, as the methods of a class of
@@ -243,7 +245,7 @@ def _refused(folded: Diagnostic, found: Sequence[Diagnostic], translation: Trans
     without an exception refutes none. What is forbidden is forbidden wherever it stands.
     """
     place = folded.span
-    errors = tuple(d for d in found if d.is_error)
+    errors = tuple(d for d in diagnostics if d.is_error)
     if folded.name == "python-forbidden":
         return Translation((), "", tuple(d for d in errors if d.name == folded.name) or (folded,))
     mistakes = tuple(d for d in errors if d.name in _MISTAKES)
@@ -311,8 +313,8 @@ def _instances(analysed: Analysed, node: ast.expr) -> list[Class]:
         c.variable is analysed.names.variables.get(node) for c in analysed.names.classes.values()
     ):
         return []
-    found = analysed.facts.type(node)
-    return found.classes if not found.kinds & ~(RECORD | NONE | UNKNOWN) else []
+    inferred = analysed.facts.type(node)
+    return inferred.classes if not inferred.kinds & ~(RECORD | NONE | UNKNOWN) else []
 
 
 def _kinds(analysed: Analysed, node: ast.expr) -> int:

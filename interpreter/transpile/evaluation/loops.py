@@ -429,20 +429,22 @@ class Loops:
 
     def _listed(self, node: ast.AST, items: Any, heap: Heap, frame: Frame) -> list[Any]:
         """Return the items of an iterator; what it does must not depend on when it does it."""
-        found: list[Any] = []
+        listed: list[Any] = []
         with self._quiet(lambda: self._refusal(node)):
             for item in self._evaluator.iterate(items):
-                found.append(item)
-                if len(found) > _MAX_TURNS:
+                listed.append(item)
+                if len(listed) > _MAX_TURNS:
                     raise self._refusal(node)
         if isinstance(items, (PythonGenerator, Iterator)) and type(items) is not PythonObject:
             heap.drop(items)
         held = {id(each) for each in heap.held}
-        is_mutable = any(not isinstance(each, _PLAIN) and id(each) not in held for each in found)
-        if isinstance(items, (PythonGenerator, PythonObject)) and (is_mutable and len({*map(id, found)}) < len(found)):
+        is_mutable = any(not isinstance(each, _PLAIN) and id(each) not in held for each in listed)
+        if isinstance(items, (PythonGenerator, PythonObject)) and (
+            is_mutable and len({*map(id, listed)}) < len(listed)
+        ):
             raise self._refusal(node)  # it may have changed since
         heap.check(frame, set(), [], lambda: self._refusal(node))
-        return found
+        return listed
 
     @contextmanager
     def _loop(self, items: Any, target: ast.expr, frame: Frame, heap: Heap) -> Iterator[KeptLoop]:
@@ -614,10 +616,10 @@ class Loops:
             raise self.failure()
         known = known_result(lambda is_true, a, b: a if is_true else b, (test, first, second))
         node = ast.IfExp(node_of(test), node_of(first), node_of(second))
-        found = Residual(node, kind, self._folding, known=known)
+        choice = Residual(node, kind, self._folding, known=known)
         if kind == "shape":
-            found.primitives = self._unknown
-        return found
+            choice.primitives = self._unknown
+        return choice
 
     # --- items -------------------------------------------------------------------------------------------------
 
@@ -664,9 +666,9 @@ class Loops:
             targets = [f"{_hint(target)}_{i}" for i in range(len(first))]
         made = [self.general(loop, column, each, depth + 1) for each, column in zip(targets, zip(*values))]
         if type(first) is NamedTuple:
-            found = NamedTuple(made)
-            found.cls, found.fields = first.cls, dict(first.fields)
-            return found
+            result = NamedTuple(made)
+            result.cls, result.fields = first.cls, dict(first.fields)
+            return result
         return type(first)(made)
 
     def column(self, loop: KeptLoop, values: Sequence[Any], hint: str) -> Residual:
@@ -710,10 +712,10 @@ class Loops:
 
     def texts(self, parts: Sequence[Any], joined: Callable[[list[Any]], str]) -> Any:
         """Return a text that differs from turn to turn."""
-        found = self.computed(lambda *row: joined(list(row)), parts, "text")
-        if found is MISSING:
+        text = self.computed(lambda *row: joined(list(row)), parts, "text")
+        if text is MISSING:
             raise self.failure()
-        return found
+        return text
 
     def _usage(self, frame: Frame) -> ListUsage | None:
         while frame.is_comprehension and frame.outer is not None:

@@ -85,9 +85,9 @@ def generalised(value: Any, path: tuple[int, ...], leaf: Callable[[tuple[int, ..
         return leaf(path)
     made = [generalised(each, (*path, number), leaf) for number, each in enumerate(parts)]
     if type(value) is NamedTuple:
-        found = NamedTuple(made)
-        found.cls, found.fields = value.cls, dict(value.fields)
-        return found
+        result = NamedTuple(made)
+        result.cls, result.fields = value.cls, dict(value.fields)
+        return result
     if type(value) is PythonObject:
         return PythonObject(value.cls, dict(zip(value.fields, made)), is_general=True)
     return np.array(made, dtype=object) if type(value) is np.ndarray else type(value)(made)
@@ -109,14 +109,14 @@ def part_of(name: str, path: tuple[int, ...]) -> ast.expr:
 
 def lengths_in(name: str, value: Any) -> dict[str, int]:
     """Return the lengths of the tuples that a parameter is and contains, by their expressions."""
-    found: dict[str, int] = {}
+    lengths: dict[str, int] = {}
 
     def walk(each: Any, path: tuple[int, ...]) -> None:
         parts = parts_of(each)
         if parts is not None:
-            found[ast.dump(part_of(name, path))] = len(parts)
+            lengths[ast.dump(part_of(name, path))] = len(parts)
             for number, part in enumerate(parts):
                 walk(part, (*path, number))
 
     walk(value, ())
-    return found
+    return lengths

@@ -355,7 +355,7 @@ def _if_value(w: Writer, node: ast.If, mode: Mode) -> Code:
 def _live_assignments(w: Writer, node: ast.stmt) -> list[PythonVariable]:
     """Return the variables, other than cells, that a compound statement assigns and that are read after it."""
     after = w.liveness.after.get(node, frozenset())
-    found: dict[PythonVariable, None] = {}
+    variables: dict[PythonVariable, None] = {}
     for inner in walk_tree(node):
         if isinstance(inner, (ast.Name, ast.FunctionDef)) and not (
             isinstance(inner, ast.Name) and isinstance(inner.ctx, ast.Load)
@@ -364,8 +364,8 @@ def _live_assignments(w: Writer, node: ast.stmt) -> list[PythonVariable]:
                 w.names.variables.get(inner) if isinstance(inner, ast.Name) else w.names.functions[inner].variable
             )
             if variable is not None and variable in after and not variable.is_cell:
-                found[variable] = None
-    return list(found)
+                variables[variable] = None
+    return list(variables)
 
 
 def _phi(

@@ -52,11 +52,11 @@ def library_call(w: Writer, node: ast.Call) -> Code:
     keywords = list(node.keywords)
     word = node.args[0] if node.args else None
     if word is None:
-        found = next((k for k in keywords if k.arg == "func_name"), None)
-        if found is None:
+        argument = next((k for k in keywords if k.arg == "func_name"), None)
+        if argument is None:
             raise w.error("python-call", "missing function name in a call of `library_call`", node)
-        keywords.remove(found)
-        word = found.value
+        keywords.remove(argument)
+        word = argument.value
     if len(node.args) > 1:
         raise w.error(
             "python-call", "`library_call` expects one name followed by keyword arguments", node.args[1],
@@ -89,7 +89,7 @@ def possible_words(w: Writer, word: ast.expr) -> list[str]:
     variable = w.variable(word)
     if variable is None or variable.function is None:
         return []
-    found: list[str] = []
+    possible: list[str] = []
     for store in variable.stores:
         source = _source_of(w, store)
         if source is None:
@@ -101,8 +101,8 @@ def possible_words(w: Writer, word: ast.expr) -> list[str]:
         others = [s for s in strings if s not in w.analysed.words]
         if others and not isinstance(source, ast.Dict):
             return []
-        found += words
-    return found
+        possible += words
+    return possible
 
 
 def _source_of(w: Writer, store: ast.AST) -> ast.expr | None:

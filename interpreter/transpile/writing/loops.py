@@ -292,12 +292,12 @@ def adds_to(w: Writer, node: ast.stmt, block: Block) -> Collecting | None:
 
 def add_to(w: Writer, collecting: Collecting, node: ast.stmt, block: Block, note: Code) -> None:
     """Add the pieces of a statement to a collected list."""
-    found = additions(node, collecting.collection.variable, w.names)
-    if found is not None:
-        codes = [_added(w, value, collecting, is_many=is_many) for value, is_many in found]
+    added = additions(node, collecting.collection.variable, w.names)
+    if added is not None:
+        codes = [_added(w, value, collecting, is_many=is_many) for value, is_many in added]
         take_trailing_comments(w, note, node)
         move_note(codes[0], note)
-        for (value, is_many), code in zip(found, codes):
+        for (value, is_many), code in zip(added, codes):
             for piece in _split(w, value, code, is_many=is_many):
                 block.add_piece(collecting, piece)
         return
@@ -354,9 +354,9 @@ def _adds_one(w: Writer, body: Sequence[ast.stmt], collection: Collection, *, is
     adders = [s for s in body if s in collection.adders]
     if len(adders) != 1 or any(may_exit(s, ast.Continue) for s in body):
         return False
-    found = additions(adders[0], collection.variable, w.names)
-    if found is not None:
-        return len(found) == 1 and not found[0][1]
+    added = additions(adders[0], collection.variable, w.names)
+    if added is not None:
+        return len(added) == 1 and not added[0][1]
     if isinstance(adders[0], ast.If) and adders[0].orelse:
         branches = (adders[0].body, adders[0].orelse)
         return all(_adds_one(w, branch, collection, is_loop=False) for branch in branches)
