@@ -98,13 +98,13 @@ class _Program:
 
     def _helpers(self) -> Iterable[str]:
         """Return the definitions of the helpers that the program uses, and of those that they use."""
-        wanted, found = list(self.converter.helpers), set()
+        wanted, needed = list(self.converter.helpers), set()
         while wanted:
             name = wanted.pop()
-            if name not in found:
-                found.add(name)
+            if name not in needed:
+                needed.add(name)
                 wanted += [other for other in HELPERS if other != name and f"({other} " in HELPERS[name]]
-        return [text for name, text in HELPERS.items() if name in found]
+        return [text for name, text in HELPERS.items() if name in needed]
 
     def _solid(self, place: Objects, shapes: Sequence[Shape]) -> Shape:
         """Return the scene: solids; a drawing without any becomes a thin plate, as OpenSCAD shows it."""

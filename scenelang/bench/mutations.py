@@ -214,11 +214,11 @@ def _outcome(text: str, *, geometry: bool) -> _Outcome:
     result = _session().evaluate(Source(_NAME, text))
     if result.scene is None:
         return _Outcome(None, Counter())
-    found = linted(result, *_lints(geometry=geometry))
-    if any(d.is_error for d in found):
+    diagnostics = linted(result, *_lints(geometry=geometry))
+    if any(d.is_error for d in diagnostics):
         return _Outcome(None, Counter())
     try:
-        return _Outcome(_layout(result.scene), Counter(d.name for d in found))
+        return _Outcome(_layout(result.scene), Counter(d.name for d in diagnostics))
     except SceneError:
         return _Outcome(None, Counter())
 
@@ -360,11 +360,11 @@ def _edits_of(source: Source, document: Mapping[str, Any]) -> list[TextEdit]:
     """Return the edits of the first fix, or of the first name that may have been meant."""
     for fix in document["fixes"]:
         places = [_range(source, edit["place"]) for edit in fix["edits"]]
-        found = [
+        edits = [
             TextEdit(*place, e["text"]) for place, e in zip(places, fix["edits"], strict=True) if place is not None
         ]
-        if len(found) == len(places):
-            return found
+        if len(edits) == len(places):
+            return edits
     place = _range(source, document["place"])
     names = document["near"] or re.findall(r"did you mean `([^`]+)`", document["hint"] or "")
     if place is None or not names or "\n" in source.text[slice(*place)]:
@@ -383,8 +383,8 @@ def is_detected(made: Mutated, mistake: PlantedMistake) -> bool:
     """Return whether ``check --json`` warns of a mistake, alone in its program, or calls it an error."""
     edit = TextEdit(mistake.start, mistake.end, mistake.new)
     known = {document["message"] for document in check_documents(made.sound)}
-    found = check_documents(with_edits(made.sound, [edit]))
-    return any(d["severity"] in ("error", "warning") and d["message"] not in known for d in found)
+    diagnostics = check_documents(with_edits(made.sound, [edit]))
+    return any(d["severity"] in ("error", "warning") and d["message"] not in known for d in diagnostics)
 
 
 # --- measuring -------------------------------------------------------------------------------------------------------
@@ -425,19 +425,19 @@ def _differences(a: str, b: str) -> list[TextEdit]:
     """Return the edits that make the tokens of the second text of those of the first."""
     tokens, others = _tokens(a), _tokens(b)
     matcher = SequenceMatcher(None, [t for _, _, t in tokens], [t for _, _, t in others], autojunk=False)
-    found = []
+    edits = []
     for tag, first, last, low, high in matcher.get_opcodes():
         if tag != "equal":
             start = tokens[first][0] if first < len(tokens) else len(a)
             end = tokens[last - 1][1] if last > first else start
             new = b[others[low][0] : others[high - 1][1]] if high > low else ""
-            found.append(TextEdit(start, end, new if last > first else f" {new} "))
-    return found
+            edits.append(TextEdit(start, end, new if last > first else f" {new} "))
+    return edits
 
 
 def _tokens(text: str) -> list[tuple[int, int, str]]:
-    found = lexemes(text, 0, len(text))
-    return [(start, end, text[start:end]) for kind, start, end in found if kind not in ("space", "comment", "block")]
+    tokens = lexemes(text, 0, len(text))
+    return [(start, end, text[start:end]) for kind, start, end in tokens if kind not in ("space", "comment", "block")]
 
 
 def measure(

@@ -148,10 +148,10 @@ def load_tasks(folder: Path | None = None) -> tuple[BenchTask, ...]:
     """
     if folder is None:
         return _own_tasks()
-    found = _distinct(_sources(folder))
-    if not found:
+    tasks = _distinct(_sources(folder))
+    if not tasks:
         raise SceneError("file", f"no task in {folder}", "write TOML files with [[task]] tables")
-    return found
+    return tasks
 
 
 @cache  # reading them takes 5 s, and a measurement needs them three times
@@ -162,13 +162,13 @@ def _own_tasks() -> tuple[BenchTask, ...]:
 
 def _distinct(sources: Iterable[Source]) -> tuple[BenchTask, ...]:
     """Return the tasks of files; raises SceneError if two have the same name."""
-    found = [task for source in sources for task in tasks_of(source)]
+    tasks = [task for source in sources for task in tasks_of(source)]
     names: set[str] = set()
-    for task in found:
+    for task in tasks:
         if task.name in names:
             raise SceneError("value", f"two tasks are named `{task.name}`")
         names.add(task.name)
-    return tuple(found)
+    return tuple(tasks)
 
 
 def _sources(folder: Path) -> Iterable[Source]:
@@ -195,9 +195,9 @@ def tasks_of(source: Source) -> list[BenchTask]:
     if len(tables) > _MAX_TASKS:
         document.fail("task", f"more than {_MAX_TASKS:,} tasks")
     is_hard = document.flag("hard", False)
-    found = [_task(table, group, is_hard=is_hard) for table in tables]
+    tasks = [_task(table, group, is_hard=is_hard) for table in tables]
     document.finish()
-    return found
+    return tasks
 
 
 def _task(table: TomlTable, group: str, *, is_hard: bool) -> BenchTask:
@@ -280,20 +280,20 @@ def _declarations(table: TomlTable, texts: Sequence[str]) -> tuple[Declaration, 
     """Parse declarations: all of a task at once, or if there is a mistake each by itself, to tell which it is in."""
     together = Source("<declarations>", "\n".join(declaration_source(text).text for text in texts))
     try:
-        found = Session().declarations(together) if texts else ()
+        declarations = Session().declarations(together) if texts else ()
     except SceneError:
-        found = ()
-    return found if len(found) == len(texts) else tuple(_declaration(table, text) for text in texts)
+        declarations = ()
+    return declarations if len(declarations) == len(texts) else tuple(_declaration(table, text) for text in texts)
 
 
 def _declaration(table: TomlTable, text: str) -> Declaration:
     try:
-        found = Session().declarations(declaration_source(text))
+        declarations = Session().declarations(declaration_source(text))
     except SceneError as error:
         table.fail("that", f"`that`: {text}: {error.message}", error.hint)
-    if len(found) != 1:
-        table.fail("that", f"`that`: expected one declaration per string, got {len(found)}")
-    return found[0]
+    if len(declarations) != 1:
+        table.fail("that", f"`that`: expected one declaration per string, got {len(declarations)}")
+    return declarations[0]
 
 
 def _wrong(table: TomlTable, prompt: str, passes: str) -> WrongScene:

@@ -75,14 +75,14 @@ def _replaced(folder: Path, own: Mapping[str, str]) -> dict[str, str]:
     """Read and validate the templates in a user's folder."""
     if not folder.is_dir():
         raise SceneError("prompt", f"--prompt-dir: not a folder: {folder}")
-    found: dict[str, str] = {}
+    templates: dict[str, str] = {}
     for path in sorted(folder.glob("*.md")):
         if path.name not in own:
             hint = suggest(path.name, own) or f"expected one of {' '.join(own)}"
             raise SceneError("prompt", f"unknown prompt template {path}", hint)
-        found[path.name] = _file_text(path)
-        _check_places(path, found[path.name], own[path.name])
-    return found
+        templates[path.name] = _file_text(path)
+        _check_places(path, templates[path.name], own[path.name])
+    return templates
 
 
 def _check_places(path: Path, text: str, own: str) -> None:

@@ -152,22 +152,22 @@ class AnswerReader:
         session = Session(self.options)
         try:
             with EVALUATING:
-                found = repaired(session, Source(self.name, verdict.program), effort=_REPAIR_EFFORT)
+                repair = repaired(session, Source(self.name, verdict.program), effort=_REPAIR_EFFORT)
         except SceneError:
             return verdict
-        if not found.changed:
+        if not repair.changed:
             return verdict
-        result = session.evaluate(Source(self.name, found.text))
+        result = session.evaluate(Source(self.name, repair.text))
         if result.scene is None:
             return verdict
         before, after = (box_diagonal(entity_box(scene.root)) for scene in (verdict.scene, result.scene))
         if after > _MAX_GROWTH * before:
             return verdict
         left = linted(result, declaration_errors)
-        code = found.text if self.brief.task.notation is Notation.LANGUAGE else verdict.code
+        code = repair.text if self.brief.task.notation is Notation.LANGUAGE else verdict.code
         findings = self._findings(result.scene)
-        repairs = tuple(edit.resolves for edit in found.edits)
-        return Verdict(found.text, result.scene, (*result.diagnostics, *left), findings, code, repairs)
+        repairs = tuple(edit.resolves for edit in repair.edits)
+        return Verdict(repair.text, result.scene, (*result.diagnostics, *left), findings, code, repairs)
 
     def _judged(self, answer: str, *, has_findings: bool) -> Verdict:
         """Return the verdict on an answer, with the findings of the geometry lint if ``has_findings``."""

@@ -152,10 +152,10 @@ def _comment(names: Names, span: Span | None) -> list[str]:
 
 def _comment_text(lines: Iterable[str]) -> str:
     """Return the text of comment lines below the last separator line."""
-    found: list[str] = []
+    texts: list[str] = []
     for line in lines:
-        found = [] if set(line) <= {";", "-", " ", "="} else [*found, line.lstrip("; ")]
-    return "\n".join(found)
+        texts = [] if set(line) <= {";", "-", " ", "="} else [*texts, line.lstrip("; ")]
+    return "\n".join(texts)
 
 
 _MAX_COUNT = 80
