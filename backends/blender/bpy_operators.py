@@ -554,11 +554,11 @@ class Operators:
     def object_modifier_apply(self, modifier: str = "", apply_as: str = "DATA", report: bool = False, **_: Any) -> None:
         """Apply a modifier of the active object to its mesh."""
         active = self.blend.active
-        found = active.modifiers.get(modifier) if active is not None else None
-        if active is None or found is None:
+        applied = active.modifiers.get(modifier) if active is not None else None
+        if active is None or applied is None:
             raise RuntimeError("Error: Modifier not found")
-        active.data.pieces = modifiers.applied(self.blend, active, found, list(active.data.settled()))
-        active.modifiers.remove(found)
+        active.data.pieces = modifiers.applied(self.blend, active, applied, list(active.data.settled()))
+        active.modifiers.remove(applied)
 
     def object_modifier_remove(self, modifier: str = "", report: bool = False) -> None:
         """Remove a modifier of the active object."""

@@ -122,7 +122,7 @@ class ProgramWriter:
 
     def _shown(self) -> list[Object]:
         """Return the meshes that a picture shows, in the order in which they were made."""
-        found: dict[int, Object] = {}
+        meshes: dict[int, Object] = {}
 
         def visit(collection: Any) -> None:
             if collection.hide_render:
@@ -131,12 +131,12 @@ class ProgramWriter:
                 if each.instance_collection is not None:
                     raise self._refused(each, "instances of collections are not supported")
                 if each.type == "MESH" and not each.hide_render:
-                    found[id(each)] = each
+                    meshes[id(each)] = each
             for child in collection.children.items_:
                 visit(child)
 
         visit(self.blend.scene.collection)
-        return sorted((o for o in found.values() if self._has_faces(o)), key=lambda o: o.number)
+        return sorted((o for o in meshes.values() if self._has_faces(o)), key=lambda o: o.number)
 
     def _has_faces(self, obj: Object) -> bool:
         pieces = obj.data.settled()
@@ -514,7 +514,7 @@ def _location_of(site: ScriptCall) -> FloatArray | None:
 
 def _numbers(values: Any) -> list[float] | None:
     try:
-        found = [float(value) for value in values]
+        numbers = [float(value) for value in values]
     except (TypeError, ValueError):
         return None
-    return found if np.isfinite(found).all() else None
+    return numbers if np.isfinite(numbers).all() else None

@@ -245,12 +245,12 @@ class _Sites:
             return None
         hits, others = [], set[str]()
         for root, frame, flat in zip(scene.frames, self._frames, flatten(scene, _MAX_MATCHED_PRIMITIVES).frames):
-            found = [_hit(root, each.positions, site.level) for each in frame]
-            if any(hit is None for hit in found):
+            hits_of_frame = [_hit(root, each.positions, site.level) for each in frame]
+            if any(hit is None for hit in hits_of_frame):
                 return None
-            hits += [hit for hit in found if hit is not None]
-            own = {hit.word for hit in found if hit is not None}
-            others |= _other_words(root, flat, found, own)
+            hits += [hit for hit in hits_of_frame if hit is not None]
+            own = {hit.word for hit in hits_of_frame if hit is not None}
+            others |= _other_words(root, flat, hits_of_frame, own)
         if not hits or len({hit.steps for hit in hits}) != 1:
             return None
         conditions = tuple(_conditions(site.names, {hit.word for hit in hits}, others))
