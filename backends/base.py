@@ -292,15 +292,29 @@ def described(data: Mapping[str, Any], module: str) -> Backend:
 
     Its options lack their own checks, which ``find`` and ``check_settings`` apply when it is chosen.
     """
-    accepts = data["accepts"]
-    words = None if accepts["words"] is None else tuple(accepts["words"])
+    name, accepts = data["name"], data["accepts"]
+
+    def run(scene: Scene, path: Path, options: Any) -> Sequence[Path] | None:
+        """Import the backend, and run it."""
+        return find(name).run(scene, path, options)
+
     return Backend(
-        data["name"], data["doc"], Work(data["command"]), tuple(data["endings"]),
-        lambda scene, path, options: find(data["name"]).run(scene, path, options),
-        tuple(Option(**{**option, "choices": tuple(option["choices"])}) for option in data["options"]),
-        Accepts(words, accepts["any_word"], tuple(accepts["attributes"]), accepts["animated"]),
-        tuple(data["packages"]), data["install"], module,
-    )  # fmt: skip
+        name=name,
+        doc=data["doc"],
+        work=Work(data["command"]),
+        endings=tuple(data["endings"]),
+        run=run,
+        options=tuple(Option(**{**option, "choices": tuple(option["choices"])}) for option in data["options"]),
+        accepts=Accepts(
+            words=None if accepts["words"] is None else tuple(accepts["words"]),
+            any_word=accepts["any_word"],
+            attributes=tuple(accepts["attributes"]),
+            animated=accepts["animated"],
+        ),
+        packages=tuple(data["packages"]),
+        install=data["install"],
+        module=module,
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from scenelang.grammar.diagnostics import SceneError, close_matches
 
 _WILDCARDS = "*?["
-_NEAR = 0.7  # similarity of a file's name to the one that was meant
+_MIN_NAME_RATIO = 0.7  # of difflib, between a file's name and the one that was meant
 _MAX_LISTED = 5  # files in a hint
 
 # The first bytes of files that are no text, with what they are and what to do with a file NAME.
@@ -69,12 +69,12 @@ def _nearest(name: str, others: list[str]) -> str | None:
     stem, ending = os.path.splitext(name.lower())
     for endings in ((ending,), (".scene", ".py")):
         alike = {os.path.splitext(each)[0].lower(): each for each in others if each.lower().endswith(endings)}
-        near = close_matches(stem, alike, 1, _NEAR) if ending else []
+        near = close_matches(stem, alike, 1, _MIN_NAME_RATIO) if ending else []
         if near:
             return alike[near[0]]
     stems = {os.path.splitext(other)[0].lower(): other for other in reversed(others)}
     same = [other for other in others if other.lower() == name.lower()]
-    near = close_matches(stem, stems, 1, _NEAR)
+    near = close_matches(stem, stems, 1, _MIN_NAME_RATIO)
     return same[0] if same else stems[near[0]] if near else None
 
 

@@ -146,7 +146,8 @@ def _with_slots(kind: type, declared: list[Field], methods: Mapping[str, Any]) -
     return slotted
 
 
-_FEW = 20  # instances of a class before its constructor is compiled: half of the classes of a command have fewer
+# Instances of a class before its constructor is compiled: half of the classes of a command have fewer.
+_UNCOMPILED_INSTANCES = 20
 
 
 def _first_constructor(itself: list[type], *, frozen: bool, kw_only: bool) -> Callable[..., None]:
@@ -154,7 +155,7 @@ def _first_constructor(itself: list[type], *, frozen: bool, kw_only: bool) -> Ca
 
     ``itself`` contains the class, once it exists. Compiling a constructor takes as long as 40 calls of this one.
     """
-    left = _FEW
+    left = _UNCOMPILED_INSTANCES
 
     def __init__(self: Any, *values: Any, **named: Any) -> None:
         nonlocal left

@@ -207,7 +207,7 @@ CODES: dict[str, DiagnosticCode] = {
         "W634", "A body starts inside another one, and flies apart from it when the scene is simulated."
     ),
     "not-simulated": DiagnosticCode(
-        "W635", "Nothing is simulated: the scene, or its first frame, has no solid things."
+        "W635", "Nothing is simulated: the scene, or its first frame, has no solid objects."
     ),
     "empty-box": DiagnosticCode("W601", "The bounding box of an empty shape defaults to the unit box."),
     "no-extent": DiagnosticCode("W602", "A primitive has zero extent along some axis."),
@@ -409,7 +409,7 @@ class SceneError(Exception):
     value
         Value that the program raised.
     subject
-        Entity or mesh that the error is about, where a picture of it helps.
+        Entity or mesh that the error is about, where an image of it helps.
     """
 
     name: str
@@ -461,12 +461,21 @@ def error_of(diagnostic: Diagnostic) -> SceneError:
 REINSTALL = "--force-reinstall scenelang"  # arguments of `pip install` that restore what was deleted of the package
 
 
-def missing_part(error: ModuleNotFoundError) -> SceneError | None:
+def missing_part(error: ModuleNotFoundError) -> MissingPart | None:
     """Return the error for a part of the package that this installation lacks; None for a module of another package."""
-    if not str(error.name).startswith("scenelang."):
+    from scenelang.grammar.domains import domain_of_module
+
+    module = str(error.name)
+    if not module.startswith("scenelang."):
         return None
-    message = f"this installation lacks `{error.name}`, which is needed here"
-    return SceneError("backend", message, f"reinstall it: `pip install {REINSTALL}`")
+    domain = domain_of_module(module)
+    part = "a module" if domain is None else f"the part {domain}"
+    message = f"this installation lacks {part}, which is needed here (`{module}`)"
+    return MissingPart("backend", message, f"reinstall it: `pip install {REINSTALL}`")
+
+
+class MissingPart(SceneError):
+    """This installation lacks a domain of the package, as one that was made smaller does."""
 
 
 class LimitError(SceneError):
@@ -479,9 +488,14 @@ class UsageError(SceneError):
 
 @contextmanager
 def usage_errors() -> Iterator[None]:
-    """Convert any ``SceneError`` raised in this block to ``UsageError``: its cause is an argument, not the program."""
+    """Convert any ``SceneError`` raised in this block to ``UsageError``: its cause is an argument, not the program.
+
+    What the installation lacks is the fault of neither, and has one exit code in all commands.
+    """
     try:
         yield
+    except MissingPart:
+        raise
     except SceneError as error:
         raise UsageError(error.name, error.message, error.hint) from None
 
@@ -879,7 +893,7 @@ _SCENES = {
     "parts": "Return entities, the results of `transform`, or lists of these; return `(union)` for an empty shape.",
     "pose": "Build the matrix with `translate`, `rotate`, `scale`, `reflect` and `@` from finite numbers.",
     "attribute": "Pass a value of the type named in the message.",
-    "declaration": "Move the thing as the hint says, or correct the declaration.",
+    "declaration": "Move the object as the hint says, or correct the declaration.",
     "declaration-subject": "Name a word or handle that occurs in the entity that states the declaration.",
     "solid": "Use closed solids as operands: cubes, spheres and other primitives, closed mesh files, or other solids.",
     "embedding": "Pass an attribute by keyword, such as `:height 3`, or a text, a handle or `(embedding ...)`.",

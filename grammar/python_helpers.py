@@ -39,8 +39,8 @@ class Helper:
     @property
     def parameters(self) -> str:
         """Names of the parameters in order, with a question mark after an optional one: ``angle direction point?``."""
-        found = _PARAMETER.findall(self.signature)
-        return " ".join(name + ("?" if default else "") for name, default in found)
+        parameters = _PARAMETER.findall(self.signature)
+        return " ".join(name + ("?" if default else "") for name, default in parameters)
 
 
 _ALL = (

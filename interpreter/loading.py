@@ -10,7 +10,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import SceneError, missing_part
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -32,7 +32,7 @@ def user_folder(purpose: str) -> Path:
 # --- arrays in the user's cache folder -------------------------------------------------------------------------------
 
 MAX_CACHED_BYTES = 512 << 20  # of all files of a kind; those used longest ago are deleted first
-_MAX_FILE_BYTES = 256 << 20
+_MAX_CACHED_FILE_BYTES = 256 << 20  # of one file: another program may have replaced it by any other
 
 
 def read_cached(kind: str, name: str) -> dict[str, Any] | None:
@@ -52,15 +52,15 @@ def read_cached(kind: str, name: str) -> dict[str, Any] | None:
 
     try:
         path = _cached(kind, name)
-        if path.stat().st_size > _MAX_FILE_BYTES:
+        if path.stat().st_size > _MAX_CACHED_FILE_BYTES:
             return None
         with np.load(path, allow_pickle=False) as file:
-            found = {key: file[key] for key in file.files}
+            arrays = {key: file[key] for key in file.files}
     except (OSError, RuntimeError, KeyError, ValueError, EOFError, AttributeError, zipfile.BadZipFile):
         return None
     with suppress(OSError):
         os.utime(path)
-    return found
+    return arrays
 
 
 def write_cached(kind: str, name: str, arrays: Mapping[str, Any]) -> None:
@@ -166,9 +166,18 @@ class EntryPoint(NamedTuple):
     value: str
 
     def load(self) -> Any:
-        """Import the module, and return the object; may raise whatever a package raises on import."""
+        """Import the module, and return the object; may raise whatever a package raises on import.
+
+        A module of ours that this installation lacks is a ``MissingPart``.
+        """
         module, _, attributes = self.value.partition("[")[0].strip().partition(":")
-        loaded: Any = import_module(module.strip())
+        try:
+            loaded: Any = import_module(module.strip())
+        except ModuleNotFoundError as error:
+            part = missing_part(error)
+            if part is None:
+                raise
+            raise part from error
         for attribute in attributes.strip().split(".") if attributes.strip() else ():
             loaded = getattr(loaded, attribute)
         return loaded

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any, Generic, TypeVar
 
 from scenelang.grammar.datum import dataclass
-from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.diagnostics import MissingPart, SceneError, suggest
 from scenelang.interpreter.loading import entry_points_of
 
 Plugin = TypeVar("Plugin")
@@ -76,6 +76,8 @@ class PluginRegistry(Generic[Plugin]):
     def _load(self, point: Any) -> Plugin:
         try:
             plugin = point.load()
+        except MissingPart:
+            raise
         except Exception as error:  # importing third-party code may raise any exception
             raise SceneError("backend", f"the {self.kind} `{point.name}` cannot be loaded: {error}") from error
         if not isinstance(plugin, self.cls):

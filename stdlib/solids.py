@@ -402,6 +402,7 @@ def text_solid(
     rt: Runtime, text: str, depth: Any = None, size: Any = 1, font: str | None = None, align: Any = LEFT,
     spacing: Any = 0, line_height: Any = 1.2, **look: Any,
 ) -> Entity:  # fmt: skip
+    """Return the solid of a text; parameters after ``depth`` are keywords of ``text-outline``, then of looks."""
     contours = outline_of(rt, "text", text, font, size, align, spacing, line_height)
     if not contours:
         raise SceneError("value", f"`text` expects a text with visible characters, got {show(text, 40)}")

@@ -198,17 +198,36 @@ def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> list[str]:
     return [each.arg for each in named if each is not None and each.arg not in ("self", "cls")]
 
 
-def test_private_functions_have_at_most_seven_parameters() -> None:
-    """More are a data class; public functions have the parameters that users know."""
+@cache
+def private_functions() -> list[tuple[str, ast.FunctionDef | ast.AsyncFunctionDef]]:
+    """Functions and methods that begin with one underscore, with their places."""
     private = [
-        (path, node)
+        (f"{path.relative_to(ROOT)}: {node.name}", node)
         for path in FILES
         for node in parsed(path)[1]
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and re.match(r"_(?!_)", node.name)
     ]
     assert len(private) > 2_000
-    long = [f"{path.relative_to(ROOT)}: {node.name}" for path, node in private if len(parameters(node)) > 7]
-    assert long == []
+    return private
+
+
+def test_private_functions_have_at_most_seven_parameters() -> None:
+    """More are a data class; public functions have the parameters that users know."""
+    assert [place for place, node in private_functions() if len(parameters(node)) > 7] == []
+
+
+POSITIONAL_BOOLEANS = {"scenelang/viewer/workspace.py: _evaluate"}  # one caller
+
+
+def test_private_functions_take_booleans_by_name() -> None:
+    """``f(x, True)`` does not say what is true."""
+    positional = {
+        place
+        for place, node in private_functions()
+        for each in (*node.args.posonlyargs, *node.args.args)
+        if isinstance(each.annotation, ast.Name) and each.annotation.id == "bool"
+    }
+    assert positional <= POSITIONAL_BOOLEANS
 
 
 def test_few_names_mean_two_things() -> None:

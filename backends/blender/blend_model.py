@@ -438,15 +438,15 @@ class Sockets(StructList):
 
     def __getitem__(self, key: Any) -> Any:
         if not self._is_known:
-            found = next((item for item in self.items_ if item.name == str(key)), None)
-            return found or self.new_socket(str(key))
+            socket = next((item for item in self.items_ if item.name == str(key)), None)
+            return socket or self.new_socket(str(key))
         if isinstance(key, str):
             return super().__getitem__(key if self.get(key) is not None else _OLD_INPUTS.get(key, key))
         return super().__getitem__(key)
 
     def get(self, name: str, default: Any = None) -> Any:
-        found = super().get(name, None)
-        return found if found is not None else default if self._is_known else self.new_socket(name)
+        item = super().get(name, None)
+        return item if item is not None else default if self._is_known else self.new_socket(name)
 
     def new_socket(self, name: str) -> Socket:
         """Add a socket."""
@@ -479,8 +479,8 @@ class ShaderNode(Struct):
         self._settings = Settings()
 
     def read(self, name: str) -> Any:
-        found = super().read(name)
-        return self._settings.read(name) if found is MISSING else found
+        value = super().read(name)
+        return self._settings.read(name) if value is MISSING else value
 
     def assign(self, name: str, value: Any) -> None:
         if name in self.assigned:
@@ -764,16 +764,16 @@ class MeshBlock(DataBlock):
     @property
     def vertices(self) -> StructList:
         """Return the corners for scripts."""
-        found = _Elements(self)
-        found.items_ = self._view()[0]
-        return found
+        elements = _Elements(self)
+        elements.items_ = self._view()[0]
+        return elements
 
     @property
     def polygons(self) -> StructList:
         """Return the faces for scripts."""
-        found = _Elements(self)
-        found.items_ = self._view()[1]
-        return found
+        elements = _Elements(self)
+        elements.items_ = self._view()[1]
+        return elements
 
     @property
     def edges(self) -> list[Any]:
@@ -823,7 +823,7 @@ class MeshBlock(DataBlock):
             for i, piece in enumerate(self.pieces):
                 count = len(piece.polygons().faces)
                 if count:
-                    self.pieces[i] = _shaded(piece, smooth[start])
+                    self.pieces[i] = _shaded(piece, is_smooth=smooth[start])
                 start += count
 
     def settled(self) -> list[MeshPiece]:
@@ -872,11 +872,11 @@ class MeshBlock(DataBlock):
 
     def shade_smooth(self) -> None:
         """Shade the mesh smooth."""
-        self.pieces = [_shaded(piece, True) for piece in self.settled()]
+        self.pieces = [_shaded(piece, is_smooth=True) for piece in self.settled()]
 
     def shade_flat(self) -> None:
         """Shade the mesh flat."""
-        self.pieces = [_shaded(piece, False) for piece in self.settled()]
+        self.pieces = [_shaded(piece, is_smooth=False) for piece in self.settled()]
 
     def copy(self) -> MeshBlock:
         """Return a copy."""
@@ -886,7 +886,7 @@ class MeshBlock(DataBlock):
         return made
 
 
-def _shaded(piece: MeshPiece, is_smooth: bool) -> MeshPiece:
+def _shaded(piece: MeshPiece, *, is_smooth: bool) -> MeshPiece:
     from dataclasses import replace
 
     return replace(piece, is_smooth=is_smooth)
@@ -1418,8 +1418,8 @@ class OtherData(DataBlock):
     def read(self, name: str) -> Any:
         if name == "copy":
             return Native("copy", lambda: OtherData(self.blocks, self.name, self.object_type))
-        found = super().read(name)
-        return self._settings.read(name) if found is MISSING else found
+        value = super().read(name)
+        return self._settings.read(name) if value is MISSING else value
 
     def assign(self, name: str, value: Any) -> None:
         if name in self.assigned:
@@ -1453,8 +1453,8 @@ class CollectionBlock(DataBlock):
     @property
     def all_objects(self) -> list[Object]:
         """Return all objects in it and below it."""
-        found = dict.fromkeys(o for each in (self, *self.children_recursive) for o in each.objects.items_)
-        return list(found)
+        objects = dict.fromkeys(o for each in (self, *self.children_recursive) for o in each.objects.items_)
+        return list(objects)
 
 
 class _CollectionObjects(StructList):
@@ -1485,10 +1485,10 @@ class LayerCollection(HostObject):
     @property
     def children(self) -> StructList:
         """Return the collections in it."""
-        found = StructList()
+        layers = StructList()
         for each in self.collection.children.items_:
-            found.items_.append(self._children.setdefault(id(each), LayerCollection(each)))
-        return found
+            layers.items_.append(self._children.setdefault(id(each), LayerCollection(each)))
+        return layers
 
     def assign(self, name: str, value: Any) -> None:
         if name == "exclude":
@@ -1522,8 +1522,8 @@ class SceneBlock(DataBlock):
             return int(getattr(self, name))
         if name in ("rigidbody_world",):
             raise UnsupportedPython("rigid bodies are not supported: `scenelang check --physics` simulates a scene")
-        found = super().read(name)
-        return self._settings.read(name) if found is MISSING else found
+        value = super().read(name)
+        return self._settings.read(name) if value is MISSING else value
 
     def assign(self, name: str, value: Any) -> None:
         if name in self.assigned:
@@ -1539,9 +1539,9 @@ class SceneBlock(DataBlock):
     @property
     def objects(self) -> StructList:
         """Return all objects of the scene."""
-        found = StructList()
-        found.items_ = self.collection.all_objects
-        return found
+        objects = StructList()
+        objects.items_ = self.collection.all_objects
+        return objects
 
     def frame_set(self, frame: int, subframe: float = 0.0) -> None:
         """Go to a frame."""

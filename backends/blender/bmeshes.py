@@ -335,12 +335,12 @@ class EditMesh(HostObject):
 
     def borders(self) -> list[Border]:
         """Return the edges."""
-        found: dict[frozenset[int], Border] = {}
+        edges: dict[frozenset[int], Border] = {}
         for side in self.sides:
             for pair in zip(side.verts, (*side.verts[1:], side.verts[0]), strict=True):
-                found.setdefault(frozenset(map(id, pair)), Border(self, pair))
-        self.blend.tick(len(found))
-        return list(found.values())
+                edges.setdefault(frozenset(map(id, pair)), Border(self, pair))
+        self.blend.tick(len(edges))
+        return list(edges.values())
 
     def polygons(self) -> tuple[Polygons, dict[int, int]]:
         """Return the mesh, and the number of every corner."""
@@ -447,8 +447,8 @@ class EditMesh(HostObject):
 
     def calc_volume(self, signed: bool = False) -> float:
         """Return the volume."""
-        found = self.polygons()[0].volume()
-        return found if signed else abs(found)
+        volume = self.polygons()[0].volume()
+        return volume if signed else abs(volume)
 
     def transform(self, matrix: Any, **_: Any) -> None:
         """Move everything."""

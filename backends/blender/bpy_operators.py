@@ -517,14 +517,14 @@ class Operators:
         """Change between object mode and edit mode."""
         self.object_mode_set("OBJECT" if self.blend.mode == "EDIT" else "EDIT")
 
-    def _shade(self, is_smooth: bool) -> None:
+    def _shade(self, *, is_smooth: bool) -> None:
         for each in self._selected():
             if isinstance(each.data, MeshBlock):
                 each.data.pieces = [replace(piece, is_smooth=is_smooth) for piece in each.data.settled()]
 
     def object_shade_smooth(self, **_: Any) -> None:
         """Shade the selected objects smooth."""
-        self._shade(True)
+        self._shade(is_smooth=True)
 
     def object_shade_smooth_by_angle(self, angle: float = math.radians(30), **_: Any) -> None:
         """Shade the selected objects smooth where their faces meet below an angle."""
@@ -539,7 +539,7 @@ class Operators:
 
     def object_shade_flat(self, **_: Any) -> None:
         """Shade the selected objects flat."""
-        self._shade(False)
+        self._shade(is_smooth=False)
 
     def object_modifier_add(self, type: str = "SUBSURF", **_: Any) -> None:
         """Add a modifier to the active object."""
@@ -554,11 +554,11 @@ class Operators:
     def object_modifier_apply(self, modifier: str = "", apply_as: str = "DATA", report: bool = False, **_: Any) -> None:
         """Apply a modifier of the active object to its mesh."""
         active = self.blend.active
-        found = active.modifiers.get(modifier) if active is not None else None
-        if active is None or found is None:
+        applied = active.modifiers.get(modifier) if active is not None else None
+        if active is None or applied is None:
             raise RuntimeError("Error: Modifier not found")
-        active.data.pieces = modifiers.applied(self.blend, active, found, list(active.data.settled()))
-        active.modifiers.remove(found)
+        active.data.pieces = modifiers.applied(self.blend, active, applied, list(active.data.settled()))
+        active.modifiers.remove(applied)
 
     def object_modifier_remove(self, modifier: str = "", report: bool = False) -> None:
         """Remove a modifier of the active object."""

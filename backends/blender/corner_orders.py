@@ -82,7 +82,7 @@ def sphere_tail(segments: int, rings: int) -> tuple[int, ...] | None:
 
 @cache
 def _tails() -> dict[tuple[int, int], tuple[int, ...]]:
-    found: dict[tuple[int, int], tuple[int, ...]] = {}
+    tails: dict[tuple[int, int], tuple[int, ...]] = {}
     segments = 0
     for word in _TAILS.split():
         if ":" not in word:
@@ -90,8 +90,8 @@ def _tails() -> dict[tuple[int, int], tuple[int, ...]]:
             continue
         rings, bits = word.split(":")
         rows = tuple(row for row in range(int(rings) + 1) if int(bits, 16) >> row & 1)
-        found[segments, int(rings)] = rows
-    return found
+        tails[segments, int(rings)] = rows
+    return tails
 
 
 @cache

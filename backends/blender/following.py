@@ -193,8 +193,8 @@ def _add_draws(modules: dict[str, Any], blend: Blend) -> None:
     names = {name: drawn(name, stream, plain) for name in _DRAWS}
     modules["random"] = Module("random", {**modules["random"].names, **names})
     numpy = modules["numpy"]
-    found = {name: drawn(name, array_stream, arrays) for name in _ARRAY_DRAWS}
-    numpy.names["random"] = Module("np.random", {**numpy.names["random"].names, **found})
+    draws = {name: drawn(name, array_stream, arrays) for name in _ARRAY_DRAWS}
+    numpy.names["random"] = Module("np.random", {**numpy.names["random"].names, **draws})
     modules["numpy.random"] = numpy.names["random"]
 
 

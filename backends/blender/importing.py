@@ -122,7 +122,7 @@ class ProgramWriter:
 
     def _shown(self) -> list[Object]:
         """Return the meshes that a picture shows, in the order in which they were made."""
-        found: dict[int, Object] = {}
+        meshes: dict[int, Object] = {}
 
         def visit(collection: Any) -> None:
             if collection.hide_render:
@@ -131,12 +131,12 @@ class ProgramWriter:
                 if each.instance_collection is not None:
                     raise self._refused(each, "instances of collections are not supported")
                 if each.type == "MESH" and not each.hide_render:
-                    found[id(each)] = each
+                    meshes[id(each)] = each
             for child in collection.children.items_:
                 visit(child)
 
         visit(self.blend.scene.collection)
-        return sorted((o for o in found.values() if self._has_faces(o)), key=lambda o: o.number)
+        return sorted((o for o in meshes.values() if self._has_faces(o)), key=lambda o: o.number)
 
     def _has_faces(self, obj: Object) -> bool:
         pieces = obj.data.settled()
@@ -273,7 +273,7 @@ class ProgramWriter:
         if place is not None and not part.is_animated:
             own[:3, 3] = place
         inner = [self._placed(each, own) for each in part.parts]
-        call = self._call(part.name, _union(inner), part.is_animated)
+        call = self._call(part.name, _union(inner), is_moving=part.is_animated)
         return moved(call, upright(np.linalg.inv(frame) @ own))
 
     def _still(self, part: ScenePart, frame: FloatArray) -> str:
@@ -287,11 +287,11 @@ class ProgramWriter:
             pieces = [piece.moved(np.diag([*sizes, 1.0])) for piece in self._pieces(obj)]
             if len(pieces) == 1 and not part.parts:
                 text, placed = self._written(obj, pieces[0])
-                call = self._call(obj.name, text, False)
+                call = self._call(obj.name, text, is_moving=False)
                 return moved(call, upright(np.linalg.inv(frame) @ own @ placed))
             texts += [moved(text, upright(placed)) for text, placed in (self._written(obj, piece) for piece in pieces)]
         texts += [self._placed(each, own) for each in part.parts]
-        return moved(self._call(obj.name, _union(texts), False), upright(np.linalg.inv(frame) @ own))
+        return moved(self._call(obj.name, _union(texts), is_moving=False), upright(np.linalg.inv(frame) @ own))
 
     def _moving(self, part: ScenePart, frame: FloatArray) -> str:
         """Return a part that moves, or with parts that do: its frame is the object's own, with its scale."""
@@ -310,7 +310,7 @@ class ProgramWriter:
             else:
                 texts.append(self._relative(each))
         is_inside = any(each.is_animated for each in part.parts)
-        call = self._call(obj.name, _union(texts), is_inside)
+        call = self._call(obj.name, _union(texts), is_moving=is_inside)
         before = np.array(
             obj.matrix_parent_inverse.numbers if obj.parent is not None else np.linalg.inv(frame), np.float64
         )
@@ -378,7 +378,7 @@ class ProgramWriter:
         except UnsupportedPython as error:
             raise self._refused(obj, f"{error.message}, in `{obj.name}`", error.hint) from None
 
-    def _call(self, name: str, body: str, is_moving: bool) -> str:
+    def _call(self, name: str, body: str, *, is_moving: bool) -> str:
         """Bind a body to a word, or use the word that has it; return the call.
 
         The word is a mark in the text until all names of what it stands for are known.
@@ -514,7 +514,7 @@ def _location_of(site: ScriptCall) -> FloatArray | None:
 
 def _numbers(values: Any) -> list[float] | None:
     try:
-        found = [float(value) for value in values]
+        numbers = [float(value) for value in values]
     except (TypeError, ValueError):
         return None
-    return found if np.isfinite(found).all() else None
+    return numbers if np.isfinite(numbers).all() else None

@@ -60,33 +60,33 @@ class Polygons:
 
     def face_normals(self) -> FloatArray:
         """Return the unit normals of the faces (Newell's method)."""
-        found = np.zeros((len(self.faces), 3))
+        normals = np.zeros((len(self.faces), 3))
         for number, face in enumerate(self.faces):
             corners = self.points[list(face)]
-            found[number] = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
-        lengths = np.linalg.norm(found, axis=1, keepdims=True)
-        return found / np.where(lengths == 0, 1.0, lengths)
+            normals[number] = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        return normals / np.where(lengths == 0, 1.0, lengths)
 
     def point_normals(self) -> FloatArray:
         """Return the normals of the corners, faces weighted by their angles as in Blender."""
         normals = self.face_normals()
-        found = np.zeros_like(self.points)
+        at_points = np.zeros_like(self.points)
         for face, normal in zip(self.faces, normals, strict=True):
             corners = self.points[list(face)]
             back, ahead = np.roll(corners, 1, axis=0) - corners, np.roll(corners, -1, axis=0) - corners
             products = np.linalg.norm(back, axis=1) * np.linalg.norm(ahead, axis=1)
             cosines = np.einsum("ij,ij->i", back, ahead) / np.where(products == 0, 1.0, products)
-            np.add.at(found, list(face), np.arccos(np.clip(cosines, -1, 1))[:, None] * normal)
-        lengths = np.linalg.norm(found, axis=1, keepdims=True)
-        return found / np.where(lengths == 0, 1.0, lengths)
+            np.add.at(at_points, list(face), np.arccos(np.clip(cosines, -1, 1))[:, None] * normal)
+        lengths = np.linalg.norm(at_points, axis=1, keepdims=True)
+        return at_points / np.where(lengths == 0, 1.0, lengths)
 
     def edges(self) -> dict[tuple[int, int], list[int]]:
         """Return the faces at every edge, by its two corners in order."""
-        found: dict[tuple[int, int], list[int]] = defaultdict(list)
+        faces: dict[tuple[int, int], list[int]] = defaultdict(list)
         for number, face in enumerate(self.faces):
             for a, b in zip(face, (*face[1:], face[0]), strict=True):
-                found[min(a, b), max(a, b)].append(number)
-        return found
+                faces[min(a, b), max(a, b)].append(number)
+        return faces
 
     def is_closed(self) -> bool:
         """Return whether every edge joins two faces that go through it in opposite directions."""

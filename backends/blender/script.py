@@ -251,9 +251,9 @@ class _Script:
     def _free(self, name: str) -> str:
         stem = re.sub(r"\W+", "_", name.lower(), flags=re.ASCII).strip("_") or "part"
         stem = f"_{stem}" if stem[0].isdigit() or keyword.iskeyword(stem) else stem
-        found = next(n for n in (stem, *(f"{stem}_{i}" for i in range(2, 1_000_000))) if n not in self._names)
-        self._names.add(found)
-        return found
+        unique = next(n for n in (stem, *(f"{stem}_{i}" for i in range(2, 1_000_000))) if n not in self._names)
+        self._names.add(unique)
+        return unique
 
 
 def _rows(pose: Matrix) -> FloatArray:

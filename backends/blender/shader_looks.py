@@ -58,9 +58,9 @@ def _value(blend: Blend, material: Material, node: ShaderNode, name: str) -> Any
     if socket.is_linked:
         source = socket.links[0].from_node
         if source.bl_idname == "ShaderNodeRGB":
-            found = source.outputs["Color"].default_value
-            if found is not None:
-                return found
+            color = source.outputs["Color"].default_value
+            if color is not None:
+                return color
         blend.warn(f"textures are left out: `{name}` of the material `{material.name}` keeps its plain value")
     return socket.default_value
 

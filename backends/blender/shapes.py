@@ -19,7 +19,7 @@ FloatArray = npt.NDArray[np.float64]
 
 # Blender's z is up, and a scene's y: (x, y, z) becomes (x, z, -y).
 UPRIGHT = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-_SEGMENTS = 128  # of bodies of revolution that stand for curved ones: their volume is within .05 %
+_LATHE_SEGMENTS = 128  # of bodies of revolution that stand for curved ones: their volume is within .05 %
 _PLATE = 1e-4  # thickness of what is flat in Blender, of its largest extent
 
 HELPERS = {
@@ -155,11 +155,11 @@ class ShapeWriter:
         if piece.bevel is not None:
             return self._beveled(piece, look)
         if piece.form is not None:
-            return self._form(piece.form, piece.matrix, piece.is_smooth, look)
+            return self._form(piece.form, piece.matrix, look, is_smooth=piece.is_smooth)
         assert piece.mesh is not None, "a piece has a form or a mesh"
         return self._mesh(piece.mesh.moved(piece.matrix), look), np.eye(4)
 
-    def _form(self, form: PieceForm, matrix: FloatArray, is_smooth: bool, look: str) -> tuple[str, FloatArray]:
+    def _form(self, form: PieceForm, matrix: FloatArray, look: str, *, is_smooth: bool) -> tuple[str, FloatArray]:
         """Return the expression of a primitive form and the pose (4, 4) that places it; an open form becomes a mesh."""
         is_flat = form.kind in ("plane", "circle")
         if not is_flat and not form.is_closed:
@@ -174,7 +174,7 @@ class ShapeWriter:
         if form.kind == "cube":
             return _call("cube", look, scale=_sizes(np.abs(sizes))), motion
         if is_flat:
-            return self._plate(form, motion, np.abs(sizes), is_smooth, look)
+            return self._plate(form, motion, np.abs(sizes), look, is_smooth=is_smooth)
         is_even = bool(abs(abs(sizes[0]) - abs(sizes[1])) <= 1e-6 * np.abs(sizes).max())
         is_uniform = is_even and bool(abs(abs(sizes[0]) - abs(sizes[2])) <= 1e-6 * np.abs(sizes).max())
         is_round = form.is_round(is_smooth)
@@ -187,27 +187,28 @@ class ShapeWriter:
                 return _call("sphere", look, radius="1"), motion @ np.diag([*np.abs(sizes), 1.0])
             return self._faceted(form, motion, sizes, look)
         if form.kind == "torus":
-            return self._torus(form, motion, sizes, is_round and form.counts[1] >= 12, is_uniform, look)
-        return self._cone(form, motion, sizes, is_round, is_even, look)
+            return self._torus(
+                form, motion, sizes, look, is_round=is_round and form.counts[1] >= 12, is_uniform=is_uniform
+            )
+        return self._cone(form, motion, sizes, look, is_round=is_round, is_even=is_even)
 
     def _plate(
-        self, form: PieceForm, motion: FloatArray, sizes: FloatArray, is_smooth: bool, look: str
+        self, form: PieceForm, motion: FloatArray, sizes: FloatArray, look: str, *, is_smooth: bool
     ) -> tuple[str, FloatArray]:
         """Return a thin plate under a flat form."""
         extent = float(max(sizes[0], sizes[1])) * (2.0 if form.kind == "circle" else 1.0)
         thickness = _PLATE * extent
         self.notes["flat and open meshes become thin plates, because a scene has solids only"] = None
         lowered = motion @ _translation(np.array([0.0, 0.0, -thickness / 2]))
+        plate = np.array([sizes[0], sizes[1], thickness])
         if form.kind == "plane":
-            return _call("cube", look, scale=_sizes(np.array([sizes[0], sizes[1], thickness]))), lowered
+            return _call("cube", look, scale=_sizes(plate)), lowered
         cone = PieceForm("cone", form.counts, (1.0, 1.0))
         is_even = bool(abs(sizes[0] - sizes[1]) <= 1e-6 * sizes.max())
-        return self._cone(
-            cone, lowered, np.array([sizes[0], sizes[1], thickness]), form.is_round(is_smooth), is_even, look
-        )
+        return self._cone(cone, lowered, plate, look, is_round=form.is_round(is_smooth), is_even=is_even)
 
     def _cone(
-        self, form: PieceForm, motion: FloatArray, sizes: FloatArray, is_round: bool, is_even: bool, look: str
+        self, form: PieceForm, motion: FloatArray, sizes: FloatArray, look: str, *, is_round: bool, is_even: bool
     ) -> tuple[str, FloatArray]:
         """Return the expression of a cone, frustum, cylinder or prism, and the pose (4, 4) that places it."""
         bottom, top = form.sizes
@@ -232,10 +233,10 @@ class ShapeWriter:
         if bottom == 0:
             return _call("cone", look, radius=number(top * radius), p0=high, p1=low), placed
         profile = f"[[0 -{half}] [{number(bottom * radius)} -{half}] [{number(top * radius)} {half}] [0 {half}]]"
-        return f"(lathe {profile} :segments {_SEGMENTS}{look})", placed
+        return f"(lathe {profile} :segments {_LATHE_SEGMENTS}{look})", placed
 
     def _torus(
-        self, form: PieceForm, motion: FloatArray, sizes: FloatArray, is_round: bool, is_uniform: bool, look: str
+        self, form: PieceForm, motion: FloatArray, sizes: FloatArray, look: str, *, is_round: bool, is_uniform: bool
     ) -> tuple[str, FloatArray]:
         factor = abs(float(sizes[0])) if is_uniform else 1.0
         placed = motion if is_uniform else motion @ np.diag([*np.abs(sizes), 1.0])
@@ -284,7 +285,7 @@ class ShapeWriter:
         if name is None:
             raise UnsupportedPython(f"the boolean {operation.kind} is not supported")
         operands = [self.united(operation.base, ""), *(self.united(tool, "") for tool in operation.tools)]
-        return f"({name} {' '.join(operands)} :segments {_SEGMENTS}{look})"
+        return f"({name} {' '.join(operands)} :segments {_LATHE_SEGMENTS}{look})"
 
     def united(self, pieces: Sequence[MeshPiece], look: str) -> str:
         """Return pieces as one expression in the object's frame."""
@@ -330,7 +331,7 @@ class ShapeWriter:
 
     def _raw(self, mesh: Polygons, look: str) -> str:
         made = mesh.moved(UPRIGHT)
-        return f"(mesh {_points_text(made, False)} '{_faces_text(made)}{look})"
+        return f"(mesh {_points_text(made, is_blender=False)} '{_faces_text(made)}{look})"
 
 
 def _outer(island: Polygons) -> Polygons:
@@ -362,7 +363,7 @@ def _call(word: str, look: str, **attributes: str) -> str:
     return f'(call "{word}"{given}{look})'
 
 
-def _points_text(mesh: Polygons, is_blender: bool = True) -> str:
+def _points_text(mesh: Polygons, *, is_blender: bool = True) -> str:
     points = mesh.points @ UPRIGHT[:3, :3].T if is_blender else mesh.points
     return f"[{' '.join(vector(point) for point in points)}]"
 

@@ -99,10 +99,10 @@ class Numbers(HostObject):
 
 
 def _numbers_of(value: Any, length: int | None = None) -> list[float]:
-    found = [float(each) for each in value]
-    if length is not None and len(found) != length:
-        raise ValueError(f"expected {length} numbers, got {len(found)}")
-    return found
+    numbers = [float(each) for each in value]
+    if length is not None and len(numbers) != length:
+        raise ValueError(f"expected {length} numbers, got {len(numbers)}")
+    return numbers
 
 
 class VectorValue(Numbers):
@@ -458,8 +458,8 @@ class Quaternion(Numbers):
     @property
     def axis(self) -> VectorValue:
         """Return the axis of the rotation."""
-        found = VectorValue(self.values[1:])
-        return found.normalized() if found.length > 1e-9 else VectorValue((1.0, 0.0, 0.0))
+        axis = VectorValue(self.values[1:])
+        return axis.normalized() if axis.length > 1e-9 else VectorValue((1.0, 0.0, 0.0))
 
     def to_axis_angle(self) -> tuple[VectorValue, float]:
         """Return the axis and the angle."""
@@ -846,8 +846,8 @@ def composed(location: Any, rotation: Any, scale: Any) -> FloatArray:
 
 
 def _scales(numbers: FloatArray) -> FloatArray:
-    found: FloatArray = np.linalg.norm(numbers[:3, :3], axis=0)
-    return -found if np.linalg.det(numbers[:3, :3]) < 0 else found
+    lengths: FloatArray = np.linalg.norm(numbers[:3, :3], axis=0)
+    return -lengths if np.linalg.det(numbers[:3, :3]) < 0 else lengths
 
 
 def _rotation(numbers: FloatArray) -> FloatArray:
@@ -899,11 +899,11 @@ _MATRIX_FUNCTIONS: dict[str, Any] = {
 def mathutils_module() -> Module:
     """Return the module `mathutils`."""
     kinds: dict[str, Any] = {"Vector": VectorValue, "Euler": Euler, "Quaternion": Quaternion, "Color": Color}
-    found: dict[str, Any] = {name: Native(f"mathutils.{name}", kind, kind) for name, kind in kinds.items()}
+    names: dict[str, Any] = {name: Native(f"mathutils.{name}", kind, kind) for name, kind in kinds.items()}
     matrix = Native("mathutils.Matrix", lambda rows=None: MatrixValue(rows), MatrixValue)
     matrix.attributes = {name: Native(f"Matrix.{name}", make) for name, make in _MATRIX_FUNCTIONS.items()}
-    found["Vector"].attributes = {
+    names["Vector"].attributes = {
         "Fill": Native("Vector.Fill", lambda size, fill=0.0: VectorValue([fill] * min(size, _MAX_LENGTH))),
     }
-    found["Matrix"] = matrix
-    return Module("mathutils", found)
+    names["Matrix"] = matrix
+    return Module("mathutils", names)

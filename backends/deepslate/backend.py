@@ -88,10 +88,10 @@ def find_browser() -> str:
     """Return the path of a Chromium-based browser; raises SceneError("backend") if none is found."""
     named = os.environ.get(VARIABLE)
     if named:
-        found = shutil.which(named)
-        if found is None:
+        program = shutil.which(named)
+        if program is None:
             raise SceneError("backend", f"the browser `{named}` given by {VARIABLE} does not exist")
-        return found
+        return program
     known = [path for name in _NAMES if (path := shutil.which(name))]
     known += [path for path in _LOCATIONS.get(sys.platform, ()) if Path(path).is_file()]
     if not known:

@@ -199,9 +199,9 @@ def builds_of(roots: Mapping[int, Entity], limit: int) -> Builds:
     return Builds(frames, corner, tuple(palette), tuple(warnings.values()))
 
 
-def _renumbered(found: Seen, build: Build, palette: dict[BlockState, int]) -> Seen:
+def _renumbered(before: Seen, build: Build, palette: dict[BlockState, int]) -> Seen:
     numbers = np.array([palette.setdefault(state, len(palette)) for state in build.palette], np.uint32)
-    return replace(found, states=numbers[found.states])
+    return replace(before, states=numbers[before.states])
 
 
 def _check(count: int) -> None:

@@ -86,7 +86,7 @@ def stacked(layers: Sequence[Layer]) -> Layer:
     def first(look_ups: Sequence[Callable[[str], Any]]) -> Callable[[str], Any]:
         @cache
         def look_up(full: str) -> Any:
-            return next((found for each in look_ups if (found := each(full)) is not None), None)
+            return next((entry for each in look_ups if (entry := each(full)) is not None), None)
 
         return look_up
 
@@ -123,12 +123,12 @@ def _zipped(path: Path) -> Layer:
         raise _none_at(path)
 
     def read(name: str, largest: int) -> bytes | None:
-        found = names.get(name)
-        if found is None:
+        entry = names.get(name)
+        if entry is None:
             return None
-        if found.file_size > largest:
+        if entry.file_size > largest:
             raise _too_large(name, largest)
-        with archive.open(found) as file:
+        with archive.open(entry) as file:
             return _bounded(file.read(largest + 1), name, largest)
 
     return _packed(str(path), read)
@@ -177,8 +177,8 @@ def _versions(folder: Path) -> list[Path]:
     data = folder if folder.name == "data" else folder / "minecraft-assets" / "data"
     if not data.is_dir():
         data = folder / "data"
-    found = [at for at in data.iterdir() if number_of(at.name)] if data.is_dir() else []
-    return sorted((at for at in found if (at / "blocks_states.json").is_file()), key=lambda at: number_of(at.name))
+    folders = [at for at in data.iterdir() if number_of(at.name)] if data.is_dir() else []
+    return sorted((at for at in folders if (at / "blocks_states.json").is_file()), key=lambda at: number_of(at.name))
 
 
 def _npm(folder: Path) -> Layer:
@@ -434,13 +434,13 @@ def _ancestors(name: str, model: Callable[[str], Any]) -> Iterator[Json | None]:
     for _ in range(_MAX_PARENTS):
         if required is None:
             return
-        found = model(required)
-        if found is not None and not isinstance(found, dict):
+        ancestor = model(required)
+        if ancestor is not None and not isinstance(ancestor, dict):
             raise _wrong(name)
-        yield found
-        if found is None:
+        yield ancestor
+        if ancestor is None:
             return
-        required = full_name(found.get("parent"))
+        required = full_name(ancestor.get("parent"))
     raise _wrong(name)
 
 
@@ -600,11 +600,11 @@ def _check(palette: Sequence[BlockState], layer: Layer) -> None:
 def _look(state: BlockState, layer: Layer, models: dict[str, Json]) -> BlockLook | None:
     """Return the look of a state and add its models to ``models``; None if the layer cannot draw it."""
     parts = _parts(state, layer)
-    found = {part["model"]: flat_model(part["model"], layer.model) for part in parts or ()}
+    models_by_name = {part["model"]: flat_model(part["model"], layer.model) for part in parts or ()}
     is_special = any(layer.picture(name) is not None for name in _special(state))
-    if not (is_special or _is_invisible(state) or _is_whole(found, state, layer)):
+    if not (is_special or _is_invisible(state) or _is_whole(models_by_name, state, layer)):
         return None
-    models |= {name: model for name, model in found.items() if model is not None}
+    models |= {name: model for name, model in models_by_name.items() if model is not None}
     return BlockLook(tuple(part for part in parts or () if part["model"] in models), is_special, is_wet(state))
 
 
@@ -613,29 +613,29 @@ def _is_invisible(state: BlockState) -> bool:
     return load_table().blocks[state.name].color is None
 
 
-def _is_whole(found: Mapping[str, Json | None], state: BlockState, layer: Layer) -> bool:
+def _is_whole(models_by_name: Mapping[str, Json | None], state: BlockState, layer: Layer) -> bool:
     """Whether no model is missing and some state has visible elements, even if this one is empty.
 
     For example, the upper half of a young plant is empty.
     """
-    if None in found.values():
+    if None in models_by_name.values():
         return False
     others = (part["model"] for part in _parts(state, layer, every=True) or ())
-    models = (*found.values(), *(flat_model(name, layer.model) for name in dict.fromkeys(others)))
+    models = (*models_by_name.values(), *(flat_model(name, layer.model) for name in dict.fromkeys(others)))
     return any(model is not None and model["elements"] for model in models)
 
 
-def _parts(state: BlockState, layer: Layer, every: bool = False) -> tuple[Json, ...] | None:
+def _parts(state: BlockState, layer: Layer, *, every: bool = False) -> tuple[Json, ...] | None:
     """Return the models of a state, with ``every`` those of all states of its block; None if the layer lacks the
     block."""
     definition = layer.definition(state.name)
     if definition is None:
         return None
     try:
-        found = [_part(variant) for variant in variants(definition, dict(state.properties), every)]
+        parts = [_part(variant) for variant in variants(definition, dict(state.properties), every)]
     except (TypeError, ValueError, KeyError, AttributeError, IndexError, RecursionError):
         raise SceneError("file", f"the definition of `{state.name}` in the resource pack is malformed") from None
-    return tuple(found[:_MAX_PARTS])
+    return tuple(parts[:_MAX_PARTS])
 
 
 def _part(variant: Any) -> Json:

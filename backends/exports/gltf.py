@@ -176,7 +176,7 @@ class GltfDocument:
         extension = {"bufferView": self._add_view(data, {}), "attributes": {name: read[name][0] for name in read}}
         self.required.add(DRACO)
         accessors = {
-            name: self._add_accessor(column, f"VEC{column.shape[1]}", name == "COLOR_0")
+            name: self._add_accessor(column, f"VEC{column.shape[1]}", normalized=name == "COLOR_0")
             for name, (_, column) in read.items()
         }
         numbers = self._add_accessor(faces.reshape(-1).astype(indices.dtype), "SCALAR")
@@ -186,12 +186,12 @@ class GltfDocument:
 
     def add_array(self, array: npt.NDArray[Any], kind: str, target: int | None = None, normalized: bool = False) -> int:
         """Add an accessor for ``array``, one element per row, and return its index."""
-        number = self._add_accessor(array, kind, normalized)
+        number = self._add_accessor(array, kind, normalized=normalized)
         view = self._add_view(array.tobytes(), {} if target is None else {"target": target})
         self.accessors[number] = {"bufferView": view} | self.accessors[number]
         return number
 
-    def _add_accessor(self, array: npt.NDArray[Any], kind: str, normalized: bool = False) -> int:
+    def _add_accessor(self, array: npt.NDArray[Any], kind: str, *, normalized: bool = False) -> int:
         """Add an accessor that describes ``array`` and has no data yet, and return its index."""
         accessor: dict[str, Any] = {
             "componentType": _COMPONENTS[array.dtype.name],
@@ -230,7 +230,7 @@ class GltfDocument:
             self.materials.append(fields)
         return self._material_numbers[look]
 
-    def _texture(self, texture: Texture, is_relief: bool = False) -> int:
+    def _texture(self, texture: Texture, *, is_relief: bool = False) -> int:
         """Return the index of a texture, or of the normals of its relief, whose image is added on first use.
 
         It repeats by default.

@@ -23,7 +23,10 @@ Node = dict[str, Any]
 
 LIGHTS = "KHR_lights_punctual"
 _LUMENS = 683.0  # of a watt
-_NEAR, _FAR = 0.001, 1000.0  # clipping planes of an orthographic camera, relative to the distance that it looks
+_NEAR_PLANE, _FAR_PLANE = (
+    0.001,
+    1000.0,
+)  # clipping planes of an orthographic camera, relative to the distance that it looks
 _FRAME_HEIGHT, _FOV = 24.0, 35.0  # mm of the frame that `:lens` is about, and degrees without either
 
 
@@ -71,9 +74,9 @@ def _camera(scene: Scene, item: Declared) -> tuple[Node, Node]:
     fov = math.radians(_first(item, "fov") or _FOV) if lens is None else 2.0 * math.atan(_FRAME_HEIGHT / 2.0 / lens)
     node = _node(item.name or CAMERA, eye, forward / distance, math.radians(_first(item, "roll") or 0.0))
     if not item.values.get("orthographic"):
-        return node, {"type": "perspective", "perspective": {"yfov": fov, "znear": _NEAR * distance}}
+        return node, {"type": "perspective", "perspective": {"yfov": fov, "znear": _NEAR_PLANE * distance}}
     half = distance * math.tan(fov / 2.0)
-    planes = {"znear": _NEAR * distance, "zfar": _FAR * distance}
+    planes = {"znear": _NEAR_PLANE * distance, "zfar": _FAR_PLANE * distance}
     return node, {"type": "orthographic", "orthographic": {"xmag": half, "ymag": half} | planes}
 
 

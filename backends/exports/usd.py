@@ -381,7 +381,7 @@ class Materials:
         self.prims.attribute(reader, "outputs:result", f"Float{size}")
         return reader.path.AppendProperty("outputs:result")
 
-    def _image(self, material: Any, texture: Texture, look: Look, is_relief: bool = False) -> Any:
+    def _image(self, material: Any, texture: Texture, look: Look, *, is_relief: bool = False) -> Any:
         """Return the output of a shader node that reads the image of a texture, or the normals of its relief."""
         prims, names = self.prims, ("relief_coordinates", "relief") if is_relief else ("coordinates", "texture")
         coordinates = self._reader(material, names[0], 2, COORDINATES.removeprefix("primvars:"))

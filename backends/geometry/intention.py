@@ -717,7 +717,7 @@ class _Group:
         """Return for each rule of turns that only one sibling breaks, which one it is and how it should be."""
         odd_turns = []
         for rule, backs, chart in self._turn_rules():
-            odd, expected = _odd_turn(np.einsum("nij,njk->nik", backs, self.turns), rule == "alternate")
+            odd, expected = _odd_turn(np.einsum("nij,njk->nik", backs, self.turns), alternate=rule == "alternate")
             if odd is None:
                 return []
             if odd >= 0:
@@ -1356,7 +1356,7 @@ def _axis(rotation: FloatArray) -> FloatArray:
     return np.asarray(-axis if sense < 0.0 else axis, np.float64)
 
 
-def _odd_turn(turns: FloatArray, alternate: bool) -> tuple[int | None, FloatArray]:
+def _odd_turn(turns: FloatArray, *, alternate: bool) -> tuple[int | None, FloatArray]:
     """Return the only rotation unlike all others, and theirs; None if all are equal, -1 if several differ."""
     classes = np.arange(len(turns)) % 2 if alternate else np.zeros(len(turns), np.int64)
     odd, expected = list[tuple[int, FloatArray]](), turns[0]

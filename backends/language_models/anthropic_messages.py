@@ -149,19 +149,19 @@ class AnthropicMessages:
 
     def pending(self, batch: str) -> int:
         with self._translate_errors():
-            found = self._client.messages.batches.retrieve(batch)
-        return 0 if found.processing_status == "ended" else max(1, found.request_counts.processing)
+            state = self._client.messages.batches.retrieve(batch)
+        return 0 if state.processing_status == "ended" else max(1, state.request_counts.processing)
 
     def collect(self, batch: str) -> dict[str, Reply | SceneError]:
-        found: dict[str, Reply | SceneError] = {}
+        replies: dict[str, Reply | SceneError] = {}
         with self._translate_errors():
             lines = self._client.messages.batches.results(batch)
             try:
                 for name, reply in read_stream((line.custom_id, self._result(line.result)) for line in lines):
-                    found[name] = reply
+                    replies[name] = reply
             except StreamError as error:
                 raise request_error(None, f"cannot read the replies of the batch: {error}", self._account) from None
-        return found
+        return replies
 
     def _result(self, result: Any) -> Reply | SceneError:
         if result.type == "succeeded":

@@ -247,16 +247,16 @@ def load_config() -> dict[str, Any]:
     except (OSError, UnicodeDecodeError) as error:
         raise SceneError("file", f"cannot read {path}: {getattr(error, 'strerror', None) or 'not UTF-8'}") from None
     try:
-        found = tomllib.loads(text)
+        config = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise SceneError("file", f"{path} is not valid TOML: {error}") from None
     except RecursionError:
         raise SceneError("file", f"{path} is nested too deeply") from None
-    has_key = any(isinstance(table, dict) and "api_key" in table for table in found.values())
+    has_key = any(isinstance(table, dict) and "api_key" in table for table in config.values())
     if has_key and os.name == "posix" and stat.S_IMODE(mode) & 0o077:
         message = f"{path} contains an API key but is readable by other users"
         raise SceneError("model-key", message, f"run `chmod 600 {path}`")
-    return found
+    return config
 
 
 def load_account(
@@ -292,8 +292,8 @@ def _is_address(text: str) -> bool:
 
 def _secrets(key: str | None, address: str) -> tuple[str, ...]:
     parts = urlsplit(address)
-    found = {key, parts.query, *_url_credentials(parts), *_custom_header_values()}
-    secrets = {secret for secret in found if secret and len(secret) >= _MIN_SECRET_LENGTH}
+    values = {key, parts.query, *_url_credentials(parts), *_custom_header_values()}
+    secrets = {secret for secret in values if secret and len(secret) >= _MIN_SECRET_LENGTH}
     return tuple(sorted(secrets, key=len, reverse=True))  # longest first, since one may contain another
 
 
@@ -394,8 +394,8 @@ def _data() -> Mapping[str, Any]:
 
 def catalogue_date() -> date:
     """Return the date of the prices."""
-    found: date = _data()["date"]
-    return found
+    day: date = _data()["date"]
+    return day
 
 
 def known_models() -> tuple[str, ...]:
@@ -435,10 +435,10 @@ def _row(name: str) -> Mapping[str, Any] | None:
 
 
 def _configured_models() -> Mapping[str, Any]:
-    found = load_config().get("models", {})
-    if not isinstance(found, dict) or not all(isinstance(row, dict) for row in found.values()):
+    models = load_config().get("models", {})
+    if not isinstance(models, dict) or not all(isinstance(row, dict) for row in models.values()):
         raise SceneError("file", f"{config_file()}: expected `models` to be a table of tables")
-    return found
+    return models
 
 
 def _parse_price(text: str) -> dict[str, float]:

@@ -289,12 +289,12 @@ class Client:
 
     def collect(self, batch: str, reserved: Mapping[str, float]) -> dict[str, Answer | SceneError]:
         """Return the replies of a finished batch by name, and settle their reservations."""
-        found: dict[str, Answer | SceneError] = {}
+        answers: dict[str, Answer | SceneError] = {}
         for name, reply in self.batches().collect(batch).items():
             if name in reserved:
-                found[name] = reply if isinstance(reply, SceneError) else self._batch_answer(reply)
-        self.budget.settle(sum(reserved.values()), sum(a.cost for a in found.values() if isinstance(a, Answer)))
-        return found
+                answers[name] = reply if isinstance(reply, SceneError) else self._batch_answer(reply)
+        self.budget.settle(sum(reserved.values()), sum(a.cost for a in answers.values() if isinstance(a, Answer)))
+        return answers
 
     def _batch_answer(self, reply: Reply) -> Answer:
         if reply.stop is StopReason.PAUSED:  # batches cannot continue paused replies

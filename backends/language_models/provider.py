@@ -98,11 +98,11 @@ def connect(name: str, timeout: float = TIMEOUT) -> Provider:
 
     Raises SceneError.
     """
-    found = find_family(name)
-    if found.package is not None and not is_installed(found.package):
-        message = f"the provider `{name}` requires the package `{found.package}`"
+    family = find_family(name)
+    if family.package is not None and not is_installed(family.package):
+        message = f"the provider `{name}` requires the package `{family.package}`"
         raise SceneError("model-request", message, "install it with `pip install 'scenelang[lm]'`")
-    return found.connect(replace(account_of(found), timeout=timeout))
+    return family.connect(replace(account_of(family), timeout=timeout))
 
 
 def is_installed(package: str) -> bool:
@@ -121,8 +121,9 @@ def account_of(family: Family) -> Account:
 
 def offline_provider(name: str) -> Provider:
     """Return the provider ``name`` without an API key, for use without sending requests, such as estimates."""
-    found = find_family(name)
-    return found.connect(load_account(found.name, (), found.address_variable, found.default_address, needs_key=False))
+    family = find_family(name)
+    account = load_account(family.name, (), family.address_variable, family.default_address, needs_key=False)
+    return family.connect(account)
 
 
 MAX_REPLY_LENGTH = 2_000_000  # characters, ten times the longest replies of current models

@@ -104,7 +104,7 @@ class Textures:
         if not has_faces:
             yield from ((file, False) for file in particles[:1])
 
-    def _chosen(self, name: str, properties: Mapping[str, str], every: bool = False) -> Iterator[str]:
+    def _chosen(self, name: str, properties: Mapping[str, str], *, every: bool = False) -> Iterator[str]:
         """Yield the models of a state; of all states with ``every``."""
         for variant in variants(self._states.get(name, {}), properties, every):
             yield _plain(variant["model"])

@@ -9,7 +9,7 @@ import hashlib
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -69,13 +69,13 @@ def load_clip(name: ClipName = EMBEDDING_MODEL, hub: ModelHub | None = None, dev
     network, prepare, tokenizer = (hub or ModelHub()).load(
         name.architecture,
         lambda folder: _create(open_clip, f"local-dir:{folder}", device),
-        partial(_from_hub, open_clip, name, device),
+        lambda architecture, offline: _from_hub(open_clip, name, device, architecture, offline=offline),
     )
     network.eval().requires_grad_(False)
     return ClipModel(name, network, tokenizer, prepare)
 
 
-def _from_hub(open_clip: Any, name: ClipName, device: str, architecture: str, offline: bool) -> Any:
+def _from_hub(open_clip: Any, name: ClipName, device: str, architecture: str, *, offline: bool) -> Any:
     if (architecture, name.weights) not in open_clip.list_pretrained():
         known = sorted({tag for model, tag in open_clip.list_pretrained() if model == architecture})
         hint = f"available weights: {', '.join(known)}" if known else "specify a model of OpenCLIP, or a folder"
@@ -88,8 +88,8 @@ def _from_hub(open_clip: Any, name: ClipName, device: str, architecture: str, of
 def _check_cached(open_clip: Any, name: ClipName) -> None:
     """Raise FileNotFoundError if the weights would have to be downloaded; OpenCLIP has no offline mode itself."""
     huggingface_hub = require("huggingface_hub", INSTALL)
-    found = open_clip.get_pretrained_cfg(name.architecture, name.weights).get("hf_hub", "")
-    repository = found.rstrip("/")
+    hub_name = open_clip.get_pretrained_cfg(name.architecture, name.weights).get("hf_hub", "")
+    repository = hub_name.rstrip("/")
     for file in ("open_clip_model.safetensors", "open_clip_pytorch_model.bin"):
         if isinstance(huggingface_hub.try_to_load_from_cache(repository, file), str):
             return
@@ -108,12 +108,12 @@ def encode_images(model: ClipModel, pictures: Sequence[Any], batch: int = 16) ->
     """Return the embeddings (N, D) of PIL images, not normalised and without gradients."""
     torch = require("torch", INSTALL)
     device = next(model.network.parameters()).device
-    found = []
+    embeddings = []
     with torch.no_grad():
         for start in range(0, len(pictures), batch):
             rows = [model.prepare(picture.convert("RGB")) for picture in pictures[start : start + batch]]
-            found.append(model.network.encode_image(torch.stack(rows).to(device)))
-    return torch.cat(found)
+            embeddings.append(model.network.encode_image(torch.stack(rows).to(device)))
+    return torch.cat(embeddings)
 
 
 # Prompts with handles: `<z2>` is a placeholder for learned token embeddings, or for the text of that handle.
@@ -225,16 +225,16 @@ def _tokenize_piece(piece: str | Slot, vectors: Vectors, vocabulary: PromptVocab
     if isinstance(piece, str):
         tokens = vocabulary.tokenize(piece)
         return tokens, [None] * len(tokens)
-    found = vectors.get(piece.name)
-    if found is None:
+    vector = vectors.get(piece.name)
+    if vector is None:
         raise SceneError("value", f"<{piece.name}> has neither learned vectors nor a text")
-    if found.ndim != 2 or found.shape[1] != vocabulary.width:
-        shape = " x ".join(map(str, found.shape))
+    if vector.ndim != 2 or vector.shape[1] != vocabulary.width:
+        shape = " x ".join(map(str, vector.shape))
         message = (
             f"the vectors of <{piece.name}> have the shape {shape}, but this model requires width {vocabulary.width}"
         )
         raise SceneError("value", message, hint="they were learned for another model")
-    return [0] * len(found), list(found)
+    return [0] * len(vector), list(vector)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -353,7 +353,10 @@ def text_weights(tensors: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def text_only_model(name: str, tower: Any) -> ClipModel:
-    """Return a model with the text tower and OpenCLIP's tokenizer, which cannot encode images."""
+    """Return a model with the text tower and OpenCLIP's tokenizer, which cannot encode images.
+
+    The image encoder is larger, and unused.
+    """
     open_clip = require("open_clip", INSTALL)
     return ClipModel(ClipName(name), tower, open_clip.SimpleTokenizer(context_length=tower.context_length), None)
 
@@ -423,10 +426,10 @@ def _embed_names(encoder: TextEncoder, names: Sequence[str]) -> npt.NDArray[np.f
 
 def _load_cached(path: Path, count: int) -> npt.NDArray[np.float32] | None:
     try:
-        found: npt.NDArray[np.float32] = np.load(path, allow_pickle=False)
+        array: npt.NDArray[np.float32] = np.load(path, allow_pickle=False)
     except (OSError, ValueError):
         return None
-    return found if found.ndim == 2 and len(found) == count else None
+    return array if array.ndim == 2 and len(array) == count else None
 
 
 def _save_cached(path: Path, matrix: npt.NDArray[np.float32]) -> None:

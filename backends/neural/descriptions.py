@@ -120,11 +120,11 @@ def color_words(colors: Sequence[Any] | FloatArray) -> list[str]:
     """Return the names of N colours (N, 3) in linear sRGB, clipped to [0, 1]."""
     names, points = named_points()
     seen = oklab(np.clip(np.asarray(colors, np.float64).reshape(-1, 3), 0.0, 1.0))
-    found: list[str] = []
+    words: list[str] = []
     for start in range(0, len(seen), _CHUNK):
         differences = seen[start : start + _CHUNK, None, :] - points
-        found += [names[i] for i in np.einsum("nkc,nkc->nk", differences, differences).argmin(axis=1).tolist()]
-    return found
+        words += [names[i] for i in np.einsum("nkc,nkc->nk", differences, differences).argmin(axis=1).tolist()]
+    return words
 
 
 def mentions_color(text: str) -> bool:
@@ -353,17 +353,19 @@ def describe_all(members: Sequence[Member], describe: Describe | None = None) ->
     """
     facts = [_facts(member) for member in members]
     colors = _color_names(members, facts)
-    found = [Description(noun_of(m.named), _text(m, fact, color)) for m, fact, color in zip(members, facts, colors)]
+    descriptions = [
+        Description(noun_of(m.named), _text(m, fact, color)) for m, fact, color in zip(members, facts, colors)
+    ]
     if describe is None:
-        return found
+        return descriptions
     questions: dict[Description, AppearanceQuestion] = {}
-    for member, fact, description, color in zip(members, facts, found, colors):
+    for member, fact, description, color in zip(members, facts, descriptions, colors):
         if not fact.texts and description not in questions and len(questions) < MAX_QUESTIONS:
             attributes = plain_attributes(member.primitive)
             questions[description] = AppearanceQuestion(description.word, attributes, color, description.text)
     answers = describe(tuple(questions.values())) if questions else ()
     better = {question: text for question, answer in zip(questions, answers) if (text := _valid(answer)) is not None}
-    return [d if fact.texts else Description(d.word, better.get(d, d.text)) for d, fact in zip(found, facts)]
+    return [d if fact.texts else Description(d.word, better.get(d, d.text)) for d, fact in zip(descriptions, facts)]
 
 
 def _valid(answer: object) -> str | None:

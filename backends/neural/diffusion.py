@@ -109,8 +109,8 @@ class FoldedAttention:
     ) -> Tensor:
         """Apply attention to ``hidden_states`` (B, L, C), where B is a multiple of ``views``; preserves the shape."""
         if encoder_hidden_states is not None:
-            found = self._plain(attn, hidden_states, encoder_hidden_states, attention_mask, temb)
-            return found  # type: ignore[no-any-return]
+            attended = self._plain(attn, hidden_states, encoder_hidden_states, attention_mask, temb)
+            return attended  # type: ignore[no-any-return]
         batch, length, width = hidden_states.shape
         together = hidden_states.reshape(batch // views, views * length, width)
         return self._plain(attn, together).reshape(batch, length, -1)  # type: ignore[no-any-return]
@@ -154,12 +154,12 @@ class Autoencoder:
         return 1 << (len(self._network.config.block_out_channels) - 1)
 
     def encode(self, pictures: Tensor) -> Tensor:
-        found = self._network.encode((2.0 * pictures - 1.0).to(self._network.dtype)).latent_dist.mean
-        return (found * self._scale).to(pictures.dtype)  # type: ignore[no-any-return]
+        mean = self._network.encode((2.0 * pictures - 1.0).to(self._network.dtype)).latent_dist.mean
+        return (mean * self._scale).to(pictures.dtype)  # type: ignore[no-any-return]
 
     def decode(self, latents: Tensor) -> Tensor:
-        found = self._network.decode((latents / self._scale).to(self._network.dtype)).sample
-        return (found.to(latents.dtype) + 1.0) / 2.0  # type: ignore[no-any-return]
+        sample = self._network.decode((latents / self._scale).to(self._network.dtype)).sample
+        return (sample.to(latents.dtype) + 1.0) / 2.0  # type: ignore[no-any-return]
 
 
 class PixelUnshuffle:
@@ -428,7 +428,11 @@ class TransformersPromptEncoder:
         return PromptEmbeddings(states, states[rows, tokens.eos_positions])
 
     def _tokenize(self, text: str) -> list[int]:
-        """Tokenize a text without special tokens: a "!" in it is not the padding token of Stable Diffusion 2."""
+        """Tokenize a text without special tokens.
+
+        The padding token of Stable Diffusion 2 is "!", and diffusers would treat one in a prompt as padding. OpenCLIP,
+        which trained the text encoder, does not.
+        """
         return list(self.tokenizer(text, add_special_tokens=False, split_special_tokens=True).input_ids)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +67,7 @@ class _Location:
         """Load the network of class ``cls`` from the subfolder ``part``; raises SceneError("weights")."""
         subfolder = {} if part is None else {"subfolder": part}
         with silence_libraries(progress_bars=not Path(self.name).is_dir()):
-            network, found = cls.from_pretrained(
+            network, info = cls.from_pretrained(
                 self.name,
                 local_files_only=self.offline,
                 output_loading_info=True,
@@ -76,7 +75,7 @@ class _Location:
                 torch_dtype=self._dtype(),
                 **subfolder,
             )
-        mismatch = _first_mismatch(found)  # diffusers itself only warns, and initializes missing weights randomly
+        mismatch = _first_mismatch(info)  # diffusers itself only warns, and initializes missing weights randomly
         if mismatch is not None:
             raise weights_mismatch(f"`{part}` of {self.name}" if part else self.name, mismatch)
         with translate_out_of_memory():
@@ -91,14 +90,14 @@ class _Location:
         return self.dtype or require("torch", INSTALL).float32
 
 
-def _first_mismatch(found: Mapping[str, Any]) -> str | None:
+def _first_mismatch(info: Mapping[str, Any]) -> str | None:
     """Describe the first mismatch in the loading info of ``from_pretrained``; None if all weights match."""
-    for kind, keys in (("missing", found["missing_keys"]), ("unexpected", found["unexpected_keys"])):
+    for kind, keys in (("missing", info["missing_keys"]), ("unexpected", info["unexpected_keys"])):
         if keys:
             return f"{kind} key `{min(keys)}`"
-    if found["mismatched_keys"]:
-        return f"shape mismatch of `{min(key for key, *_ in found['mismatched_keys'])}`"
-    return " ".join(str(found["error_msgs"][0]).split())[:160] if found["error_msgs"] else None
+    if info["mismatched_keys"]:
+        return f"shape mismatch of `{min(key for key, *_ in info['mismatched_keys'])}`"
+    return " ".join(str(info["error_msgs"][0]).split())[:160] if info["error_msgs"] else None
 
 
 # --- loading by name -------------------------------------------------------------------------------------------------
@@ -115,10 +114,10 @@ def load_multiview(
 
     Also raises SceneError("weights") for a model without camera conditioning.
     """
-    found = load_any(name, hub, device, dtype, architecture)
-    if found.views == 1:
+    model = load_any(name, hub, device, dtype, architecture)
+    if model.views == 1:
         raise SceneError("weights", f"`{name}` is not a multi-view model: it denoises single images")
-    return found
+    return model
 
 
 def load_any(
@@ -152,12 +151,12 @@ def load_any(
     own = Path(name).expanduser()
     if own.is_file():
         return load_diffusion(own, device, dtype, architecture)
-    found = (hub or ModelHub()).load(
+    model = (hub or ModelHub()).load(
         name,
         lambda folder: _from_folder(folder, device, dtype, architecture),
-        partial(_from_hub, device, dtype, architecture),
+        lambda repository, offline: _from_hub(device, dtype, architecture, repository, offline=offline),
     )
-    return replace(found, name=name)
+    return replace(model, name=name)
 
 
 def load_depth(
@@ -174,7 +173,7 @@ def load_depth(
     """
     hub = hub or ModelHub()
     own = Path(name).expanduser()
-    found = (
+    model = (
         load_diffusion(own, device, dtype)
         if own.is_file()
         else hub.load(
@@ -183,16 +182,16 @@ def load_depth(
             lambda repository, offline: _from_parts(_Location(repository, offline, device, dtype)),
         )
     )
-    if control is None and found.control is not None:
-        return replace(found, name=name)
+    if control is None and model.control is not None:
+        return replace(model, name=name)
     control_name = control or DEPTH_CONTROLNET
     network = hub.load(
         control_name,
         lambda folder: _control(_Location(str(folder), True, device, dtype), None),
         lambda repository, offline: _control(_Location(repository, offline, device, dtype), None),
     )
-    _check_control(control_name, found.network, network)
-    return replace(found, name=name, control=network)
+    _check_control(control_name, model.network, network)
+    return replace(model, name=name, control=network)
 
 
 def load_diffusion(
@@ -220,7 +219,7 @@ def load_diffusion(
 # --- checkpoints and components --------------------------------------------------------------------------------------
 
 
-def _from_hub(device: str, dtype: Any, architecture: Architecture, name: str, offline: bool) -> DiffusionModel:
+def _from_hub(device: str, dtype: Any, architecture: Architecture, name: str, *, offline: bool) -> DiffusionModel:
     """Load MVDream's checkpoint from its repository; from any other repository, the components."""
     location = _Location(name, offline, device, dtype)
     if name == REPOSITORY:
@@ -254,8 +253,8 @@ def _from_parts(location: _Location) -> DiffusionModel:
     views = _views(location.name, unet.config)
     codec, text_encoder = _codec(location, unet.config), _prompt_encoder(location)
     if text_encoder.width != unet.config.cross_attention_dim:
-        expected, found = unet.config.cross_attention_dim, text_encoder.width
-        raise weights_mismatch(location.name, f"the UNet expects text states of width {expected}, got {found}")
+        expected, width = unet.config.cross_attention_dim, text_encoder.width
+        raise weights_mismatch(location.name, f"the UNet expects text states of width {expected}, got {width}")
     control = None
     if (Path(location.name) / "controlnet").is_dir():
         control = _control(location, "controlnet")

@@ -39,13 +39,13 @@ def load_network(name: str, network: str, processor: str, hub: ModelHub | None, 
     classes = (getattr(transformers, network), getattr(transformers, processor))
     loaded, loaded_processor = (hub or ModelHub()).load(
         name,
-        lambda folder: _load(classes, str(folder), True, device),
-        lambda repository, offline: _load(classes, repository, offline, device),
+        lambda folder: _load(classes, str(folder), device, offline=True),
+        lambda repository, offline: _load(classes, repository, device, offline=offline),
     )
     return LoadedNetwork(name, loaded, loaded_processor)
 
 
-def _load(classes: tuple[Any, Any], name: str, offline: bool, device: str) -> tuple[Any, Any]:
+def _load(classes: tuple[Any, Any], name: str, device: str, *, offline: bool) -> tuple[Any, Any]:
     torch = require("torch", INSTALL)
     with silence_libraries(progress_bars=not Path(name).is_dir()):
         processor = classes[1].from_pretrained(name, local_files_only=offline)
@@ -157,8 +157,8 @@ def mask_in(segmenter: LoadedNetwork, picture: Any, box: Box) -> Mask:
         output.pred_masks.float().cpu(), inputs["original_sizes"], inputs["reshaped_input_sizes"]
     )
     best = int(output.iou_scores[0, 0].argmax())
-    found: Mask = masks[0, best].numpy()
-    return found
+    mask: Mask = masks[0, best].numpy()
+    return mask
 
 
 # Training images for Textual Inversion: the masked object centered in a square on plain grey, similar to the renderings
@@ -177,8 +177,8 @@ def read_mask(path: Path | str, width: int, height: int) -> Mask:
             f"expected a mask of the image's size {width} x {height}, {path} has {picture.width} x {picture.height}"
         )
         raise SceneError("value", message)
-    found: Mask = np.asarray(picture.convert("L")) >= _MASK_THRESHOLD
-    return found
+    mask: Mask = np.asarray(picture.convert("L")) >= _MASK_THRESHOLD
+    return mask
 
 
 def mask_box(mask: Mask) -> tuple[int, int, int, int]:
@@ -215,8 +215,8 @@ def crop_masked(picture: Bytes, mask: Mask, grey: int) -> Bytes:
 def resize(square: Bytes, size: int) -> Bytes:
     """Resize a square image to ``size`` x ``size`` pixels."""
     image = require("PIL.Image", "pillow")
-    found: Bytes = np.asarray(image.fromarray(square).resize((size, size), image.Resampling.LANCZOS))
-    return found
+    resized: Bytes = np.asarray(image.fromarray(square).resize((size, size), image.Resampling.LANCZOS))
+    return resized
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -236,9 +236,9 @@ def find_object(grounding: Grounding, pictures: Sequence[Any], text: str, grey: 
     """
     best: tuple[float, int, Any] | None = None
     for number, picture in enumerate(pictures):
-        for found in detect(grounding.detector, picture, text, grounding.min_score)[:1]:
-            if best is None or found.score > best[0]:
-                best = (found.score, number, found.box)
+        for detected in detect(grounding.detector, picture, text, grounding.min_score)[:1]:
+            if best is None or detected.score > best[0]:
+                best = (detected.score, number, detected.box)
     if best is None:
         return None
     _, number, box = best

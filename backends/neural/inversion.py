@@ -84,19 +84,19 @@ def learn_picture_word(
         target = encode_images(model, [picture])[0].detach().float()
         vector = tokens.mean(0, keepdim=True).clone().requires_grad_(True)
         optimizer = torch.optim.Adam([vector], lr=_LEARNING_RATE)
-        best, found, initial = -2.0, vector.detach().clone(), 0.0
+        best, best_vector, initial = -2.0, vector.detach().clone(), 0.0
         for number in range(steps + 1):
             pooled = encoder.encode(prompt, {"picture": vector}).pooled[0].float()
             cosine = torch.nn.functional.cosine_similarity(pooled, target, dim=0)
             current = float(cosine.detach())
             initial = current if number == 0 else initial
             if current > best:
-                best, found = current, vector.detach().clone()
+                best, best_vector = current, vector.detach().clone()
             if number < steps:
                 optimizer.zero_grad()
                 (-cosine).backward()
                 optimizer.step()
-    return PictureWord(found.cpu().numpy().astype(np.float32), best, initial)
+    return PictureWord(best_vector.cpu().numpy().astype(np.float32), best, initial)
 
 
 # Training objective.
@@ -295,12 +295,12 @@ class InversionTrainer:
 
     def state(self) -> dict[str, Tensor]:
         """Return the tensors needed to resume, in addition to the number ``done`` of steps."""
-        found = {}
+        tensors = {}
         for name, vector in self._vectors.items():
-            found[f"vector/{name}"] = vector.detach().cpu().clone()
+            tensors[f"vector/{name}"] = vector.detach().cpu().clone()
             for moment in _MOMENTS if self.done else ():
-                found[f"{moment}/{name}"] = self._optimizer.state[vector][moment].detach().cpu().clone()
-        return found
+                tensors[f"{moment}/{name}"] = self._optimizer.state[vector][moment].detach().cpu().clone()
+        return tensors
 
     def restore(self, state: Mapping[str, Tensor], done: int) -> None:
         """Load the ``state`` after ``done`` steps; raises KeyError or ValueError for one of other pseudo-words."""
@@ -370,19 +370,19 @@ def named_parts(scene: Scene) -> list[InversionTarget]:
 
     The root is not a target. Raises SceneError("value") if there is none; LimitError for a too large scene.
     """
-    found: dict[str, list[tuple[_Frame, int]]] = {}
+    by_word: dict[str, list[tuple[_Frame, int]]] = {}
     for frame in _frames(scene):
         for primitive in frame.ancestry.primitives.tolist():
             chain = [i for i in _self_and_ancestors(frame.ancestry, primitive) if i]
             named = next((i for i in chain if has_meaning(frame.ancestry.entity(i).word)), chain[0] if chain else None)
             if named is not None:
-                found.setdefault(frame.ancestry.entity(named).word, []).append((frame, named))
-    if not found:
+                by_word.setdefault(frame.ancestry.entity(named).word, []).append((frame, named))
+    if not by_word:
         raise SceneError("value", f'the scene "{scene.word}" has no parts whose embeddings can be learned')
-    if len(found) > _MAX_TARGETS:
+    if len(by_word) > _MAX_TARGETS:
         hint = "select some of them with --entity"
-        raise LimitError("entities", f"the scene has {len(found):,} words, more than {_MAX_TARGETS}", hint=hint)
-    return [_target(instances) for instances in found.values()]
+        raise LimitError("entities", f"the scene has {len(by_word):,} words, more than {_MAX_TARGETS}", hint=hint)
+    return [_target(instances) for instances in by_word.values()]
 
 
 def style_handle(scene: Scene) -> str:
@@ -400,14 +400,14 @@ def _frames(scene: Scene) -> list[_Frame]:
 
 def _target_named(frames: Sequence[_Frame], name: str) -> InversionTarget:
     if name.startswith("<"):
-        found = [(f, i) for f in frames for i, handle in enumerate(f.handles) if f"<{handle}>" == name]
+        matches = [(f, i) for f in frames for i, handle in enumerate(f.handles) if f"<{handle}>" == name]
     else:
-        found = [(f, i) for f in frames for i in _with_word(f.ancestry, name)]
-        found = found or [(f, i) for f in frames for i in _at_path(f.ancestry, name)]
-    if not found:
+        matches = [(f, i) for f in frames for i in _with_word(f.ancestry, name)]
+        matches = matches or [(f, i) for f in frames for i in _at_path(f.ancestry, name)]
+    if not matches:
         shown = f"handle {name}" if name.startswith("<") else f'word "{name}"'
         raise SceneError("value", f"the scene has no visible entity with the {shown}")
-    return _target(found)
+    return _target(matches)
 
 
 def _with_word(ancestry: Ancestry, word: str) -> list[int]:

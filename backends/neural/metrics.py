@@ -83,17 +83,17 @@ def read_film(path: Path | str) -> list[Picture]:
     if source.suffix.lower() not in ENDINGS:
         raise SceneError("file", f"{path} is not a video: expected one of {' '.join(ENDINGS)}")
     frames = _video(source) if source.suffix.lower() == ".mp4" else _animation(source)
-    found: list[Picture] = []
+    images: list[Picture] = []
     size = 0
     for picture in frames:
         size += picture.nbytes
         check_memory(size)
-        found.append(picture)
-        if len(found) > MOST_FRAMES:
+        images.append(picture)
+        if len(images) > MOST_FRAMES:
             raise SceneError("file", f"{path} has more than {MOST_FRAMES:,} frames")
-    if not found:
+    if not images:
         raise SceneError("file", f"{path} contains no images")
-    return found
+    return images
 
 
 def _animation(path: Path) -> Iterator[Picture]:
@@ -159,8 +159,8 @@ def cosines(model: ClipModel, text: str, pictures: Sequence[Picture]) -> list[fl
         text_embedding: Any = model.network.encode_text(model.tokenizer([text]).to(device)).float()
         embeddings = encode_images(model, [image.fromarray(picture) for picture in pictures]).float()
     normalize = torch.nn.functional.normalize
-    found = normalize(embeddings, dim=-1) @ normalize(text_embedding, dim=-1)[0]
-    return [float(cosine) for cosine in found.tolist()]
+    similarities = normalize(embeddings, dim=-1) @ normalize(text_embedding, dim=-1)[0]
+    return [float(cosine) for cosine in similarities.tolist()]
 
 
 # Counting accuracy: whether a scene has the numbers of entities that its task specifies.
@@ -221,7 +221,7 @@ def parse_counts(text: str) -> tuple[CountQuery, ...]:
     Sizes ("8 x 8", "two metres"), fractions and articles are ignored.
     """
     tokens = [token.lower() for token in _TOKEN.findall(text[:_MAX_TEXT])]
-    found: list[CountQuery] = []
+    queries: list[CountQuery] = []
     at = 0
     while at < len(tokens):
         count, after = _number(tokens, at)
@@ -230,9 +230,9 @@ def parse_counts(text: str) -> tuple[CountQuery, ...]:
             continue
         words = _words(tokens, after)
         if words and words[0] not in _MEASURES and not _is_size(tokens, at, after):
-            found.append(CountQuery(count, words))
+            queries.append(CountQuery(count, words))
         at = after + len(words)
-    return tuple(found)
+    return tuple(queries)
 
 
 def count_queries(counts: Mapping[str, int]) -> tuple[CountQuery, ...]:
@@ -316,13 +316,13 @@ def _count(counts: Mapping[str, int], query: CountQuery) -> CountResult:
     """Count the words equal to the longest possible part of the query, else those ending with it (soda cans: cans)."""
     names = {word: _normalize(word) for word in counts}
     for phrase in _subphrases(query.words):
-        found = [word for word, name in names.items() if name == phrase]
-        if found:
-            return _sum(query, _prefer_singular(found), counts)
+        matches = [word for word, name in names.items() if name == phrase]
+        if matches:
+            return _sum(query, _prefer_singular(matches), counts)
     for phrase in _subphrases(query.words):
-        found = [word for word, name in names.items() if name[-1:] == phrase]
-        if found:
-            return _sum(query, _prefer_singular(found), counts)
+        matches = [word for word, name in names.items() if name[-1:] == phrase]
+        if matches:
+            return _sum(query, _prefer_singular(matches), counts)
     return CountResult(query, (), 0)
 
 
@@ -435,10 +435,10 @@ def load_published(published: PublishedWeights, hub: ModelHub) -> dict[str, Any]
             return _read(cached)
         if offline:
             raise FileNotFoundError(f"{published.file} is not in the cache, and downloads are disabled")
-        found: dict[str, Any] = torch.hub.load_state_dict_from_url(
+        tensors: dict[str, Any] = torch.hub.load_state_dict_from_url(
             f"{_HOST}{published.file}", map_location="cpu", check_hash=True, progress=False, weights_only=True
         )
-        return found
+        return tensors
 
     return hub.load(published.name, lambda folder: _read(_file_in(folder, published)), load_remote, _HOST)
 
@@ -447,20 +447,20 @@ def _file_in(folder: Path, published: PublishedWeights) -> Path:
     own = folder / published.file
     if own.is_file():
         return own
-    found = sorted(path for path in folder.iterdir() if path.suffix in (".pth", ".safetensors"))
-    if len(found) != 1:
+    files = sorted(path for path in folder.iterdir() if path.suffix in (".pth", ".safetensors"))
+    if len(files) != 1:
         raise FileNotFoundError(f"{published.file} does not exist")
-    return found[0]
+    return files[0]
 
 
 def _read(path: Path) -> dict[str, Any]:
     if path.suffix == ".safetensors":
         tensors: dict[str, Any] = require("safetensors.torch", INSTALL).load_file(path)
         return tensors
-    found = require("torch", INSTALL).load(path, map_location="cpu", weights_only=True)
-    if not isinstance(found, dict):
+    data = require("torch", INSTALL).load(path, map_location="cpu", weights_only=True)
+    if not isinstance(data, dict):
         raise ValueError(f"{path.name} is not a state dict: expected tensors by name")
-    return found
+    return data
 
 
 # LPIPS: perceptual distance in the features of AlexNet (Zhang et al. 2018), by the package `lpips`.
@@ -499,12 +499,12 @@ class Lpips:
             message = f"LPIPS requires images of at least {_MIN_ALEXNET_SIZE} pixels, not {width} x {height}"
             raise SceneError("value", message)
         target = self._tensor([resize_and_crop(reference, width, height)])
-        found: list[float] = []
+        values: list[float] = []
         with self._torch.no_grad(), translate_out_of_memory():
             for start in range(0, len(pictures), _BATCH):
                 batch = self._tensor(pictures[start : start + _BATCH])
-                found += self._network(target.expand(len(batch), -1, -1, -1), batch).flatten().tolist()
-        return found
+                values += self._network(target.expand(len(batch), -1, -1, -1), batch).flatten().tolist()
+        return values
 
     def _tensor(self, pictures: Sequence[Picture]) -> Any:
         """Convert images to a tensor (N, 3, H, W) in [-1, 1]."""
@@ -526,10 +526,10 @@ def _load_backbone(backbone: Any, state: dict[str, Any]) -> None:
     renamed = {}
     for key, tensor in backbone.state_dict().items():
         part = key.partition(".")[2]
-        found = state.get(f"features.{part}", state.get(key))
-        if getattr(found, "shape", None) != tensor.shape:
+        weights = state.get(f"features.{part}", state.get(key))
+        if getattr(weights, "shape", None) != tensor.shape:
             raise SceneError("weights", f"not AlexNet weights: unexpected shape of `features.{part}`")
-        renamed[key] = found
+        renamed[key] = weights
     backbone.load_state_dict(renamed)
 
 
@@ -564,8 +564,8 @@ class Raft:
             pair = self._torch.from_numpy(np.stack([before, after])).to(self._device)
             rows = pair.permute(0, 3, 1, 2).float() / 127.5 - 1.0
             rows = self._torch.nn.functional.pad(rows, (left, right, top, bottom), mode="replicate")
-            found = self._network(rows[:1], rows[1:], num_flow_updates=iterations)[-1][0]
-        flow: Flow = found[:, top : top + height, left : left + width].permute(1, 2, 0).float().cpu().numpy()
+            estimated = self._network(rows[:1], rows[1:], num_flow_updates=iterations)[-1][0]
+        flow: Flow = estimated[:, top : top + height, left : left + width].permute(1, 2, 0).float().cpu().numpy()
         return flow
 
 

@@ -41,8 +41,8 @@ def load_weights(
         if key not in tensors:
             raise weights_mismatch(source, f"missing key `{names.get(key, key)}`")
         if tensors[key].shape != like.shape:
-            found, shape = (" x ".join(map(str, each)) for each in (tensors[key].shape, like.shape))
-            raise weights_mismatch(source, f"`{names.get(key, key)}` has the shape {found}, expected {shape}")
+            actual, shape = (" x ".join(map(str, each)) for each in (tensors[key].shape, like.shape))
+            raise weights_mismatch(source, f"`{names.get(key, key)}` has the shape {actual}, expected {shape}")
     for key in tensors:
         if key not in expected:
             raise weights_mismatch(source, f"unexpected key `{key}`")
@@ -184,7 +184,7 @@ def vae_names(keys: Iterable[str]) -> dict[str, str]:
 
 
 def _vae_name(key: str, levels: int) -> str:
-    name = re.sub(r"\.up_blocks\.(\d+)\.", lambda found: f".up.{levels - 1 - int(found[1])}.", key)
+    name = re.sub(r"\.up_blocks\.(\d+)\.", lambda match: f".up.{levels - 1 - int(match[1])}.", key)
     for pattern, original in _VAE_WORDS:
         name = re.sub(pattern, original, name)
     return name
@@ -198,18 +198,18 @@ def text_names(keys: Iterable[str]) -> dict[str, str]:
 def from_checkpoint(tensors: Mapping[str, Any], prefix: str, names: Mapping[str, str]) -> dict[str, Any]:
     """Rename the checkpoint's tensors that begin with ``prefix`` by the inverse of ``names``; unknown keys remain."""
     keys = {original: key for key, original in names.items()}
-    found = {}
+    renamed = {}
     for key, tensor in tensors.items():
         if key.startswith(prefix) and key not in NO_WEIGHTS:
             is_convolution = _CONVOLUTIONS.search(key) and tensor.ndim == 4 and tensor.shape[2:] == (1, 1)
-            found[keys.get(key, key)] = tensor[:, :, 0, 0] if is_convolution else tensor
-    return found
+            renamed[keys.get(key, key)] = tensor[:, :, 0, 0] if is_convolution else tensor
+    return renamed
 
 
 def to_checkpoint(tensors: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
     """Rename tensors to the checkpoint's names: the inverse of ``from_checkpoint``."""
-    found = {names[key]: tensor for key, tensor in tensors.items()}
-    return {key: tensor[:, :, None, None] if _CONVOLUTIONS.search(key) else tensor for key, tensor in found.items()}
+    renamed = {names[key]: tensor for key, tensor in tensors.items()}
+    return {key: tensor[:, :, None, None] if _CONVOLUTIONS.search(key) else tensor for key, tensor in renamed.items()}
 
 
 REPOSITORY, FILE = "MVDream/MVDream", "sd-v2.1-base-4view.pt"
@@ -311,11 +311,11 @@ def read_mvdream(path: Path, architecture: Architecture = ORIGINAL) -> Networks:
             raise weights_mismatch(path.name, f"unexpected key `{key}`")
     empty = empty_networks(architecture)
     parts = ((empty.unet, UNET, unet_names), (empty.vae, VAE, vae_names), (empty.text, TEXT, text_names))
-    found = []
+    networks = []
     for network, prefix, names_of in parts:
         names = names_of(network.state_dict())
-        found.append(load_weights(path.name, network, from_checkpoint(tensors, prefix, names), names))
-    return Networks(*found)
+        networks.append(load_weights(path.name, network, from_checkpoint(tensors, prefix, names), names))
+    return Networks(*networks)
 
 
 def mvdream_tensors(networks: Networks) -> dict[str, Any]:

@@ -60,12 +60,12 @@ class PromptCondition:
 
 def merge_conditions(conditions: Iterable[PromptCondition]) -> tuple[PromptCondition, ...]:
     """Merge conditions with equal prompts; the result has the handles of all of them."""
-    found: dict[tuple[str, Prompt], tuple[str, dict[str, None]]] = {}
+    merged: dict[tuple[str, Prompt], tuple[str, dict[str, None]]] = {}
     for each in conditions:
-        _, handles = found.setdefault((each.word, each.prompt), (each.plain, {}))
+        _, handles = merged.setdefault((each.word, each.prompt), (each.plain, {}))
         handles.update(dict.fromkeys(each.handles))
     return tuple(
-        PromptCondition(word, prompt, plain, tuple(handles)) for (word, prompt), (plain, handles) in found.items()
+        PromptCondition(word, prompt, plain, tuple(handles)) for (word, prompt), (plain, handles) in merged.items()
     )
 
 
@@ -348,8 +348,8 @@ def _instances_named(ancestry: Ancestry, handles: Sequence[str], name: str) -> l
     if name.startswith("<") and name.endswith(">"):
         return [i for i, handle in enumerate(handles) if handle == name[1:-1]]
     of_word = np.array([entity.word == name for entity in ancestry.nodes], bool)
-    found: list[int] = np.flatnonzero(of_word[ancestry.node]).tolist()
-    return found
+    instances: list[int] = np.flatnonzero(of_word[ancestry.node]).tolist()
+    return instances
 
 
 # Leaves of a scene for neural backends: primitives, or entities treated as a unit, with their prompts.
@@ -402,10 +402,10 @@ def leaves_of(scene: Scene, granularity: Granularity, context: PromptContext) ->
     frames = [(each, instance_handles(scene, each, numbers)) for each in ancestries if each is not None]
     check_names(frames, granularity)
     leaves = iter([list(_frame_leaves(ancestry, handles, granularity, context)) for ancestry, handles in frames])
-    found = [next(leaves) if count else [] for count in counts]
-    if not any(found):
+    by_frame = [next(leaves) if count else [] for count in counts]
+    if not any(by_frame):
         raise _empty(scene)
-    return found
+    return by_frame
 
 
 def check_not_empty(scene: Scene) -> None:

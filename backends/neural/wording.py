@@ -57,17 +57,17 @@ def pack_handles(handles: Sequence[str]) -> list[Item]:
 
 def unpack_handles(items: Iterable[object]) -> tuple[str, ...]:
     """Decode the result of ``pack_handles``; raises ValueError for invalid data."""
-    found: list[str] = []
+    handles: list[str] = []
     for item in items:
         if isinstance(item, str) and item:
-            found.append(item)
+            handles.append(item)
         elif isinstance(item, list) and len(item) > 2 and all(type(n) is int and n > 0 for n in item):
-            if len(found) + item[1] > MAX_HANDLES:
+            if len(handles) + item[1] > MAX_HANDLES:
                 raise ValueError(f"more than {MAX_HANDLES:,} handles")
-            found += _expand_run(item[0], item[1], item[2:])
+            handles += _expand_run(item[0], item[1], item[2:])
         else:
             raise ValueError("a handle must be a string or a run of numbers")
-    return tuple(found)
+    return tuple(handles)
 
 
 def _expand_run(first: int, count: int, steps: Sequence[int]) -> Iterator[str]:
@@ -190,14 +190,14 @@ def wording_of(
     frames = [_members(root) for root in scene.frames]
     described = iter(describe_all([member for members, _ in frames for member in members], describe))
     texts: dict[str, str] = {}
-    found: list[tuple[str, str, str]] = []  # handle, word, text
+    rows: list[tuple[str, str, str]] = []  # handle, word, text
     for (members, member_index), frame_handles in zip(frames, handles):
-        found += _frame_texts(members, list(islice(described, len(members))), member_index, frame_handles, texts)
-    if not found:
+        rows += _frame_texts(members, list(islice(described, len(members))), member_index, frame_handles, texts)
+    if not rows:
         raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to describe')
     style = number_scene(scene).handle(scene.root, 0)
     style_text = texts.get(style) or (scene.root.embedding.text or "").strip() or noun_of(scene.root)
-    return Wording(style, style_text, _group_rows((h, w, t, fill_template(template, w, style)) for h, w, t in found))
+    return Wording(style, style_text, _group_rows((h, w, t, fill_template(template, w, style)) for h, w, t in rows))
 
 
 def merge(old: Wording, new: Wording) -> tuple[Wording, int]:
@@ -257,8 +257,8 @@ def _members(root: Entity) -> tuple[list[Member], npt.NDArray[np.int64]]:
     own = ancestry.node[ancestry.primitives]
     named = np.where(meaning[named], named, own)  # without a meaningful ancestor, the primitive's own word
     pairs, which = np.unique(own * len(ancestry.nodes) + named, return_inverse=True)
-    found = (divmod(pair, len(ancestry.nodes)) for pair in pairs.tolist())
-    return [Member(ancestry.nodes[i], ancestry.nodes[j]) for i, j in found], which.reshape(-1)
+    distinct = (divmod(pair, len(ancestry.nodes)) for pair in pairs.tolist())
+    return [Member(ancestry.nodes[i], ancestry.nodes[j]) for i, j in distinct], which.reshape(-1)
 
 
 # JSON form of a wording, in the header of the file Z (docs/embeddings.md documents it).

@@ -185,9 +185,9 @@ class NameScope:
         base = re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-") or "x"
         base = base if base[0].isalpha() else f"x-{base}"
         endings = ["", f"-{what}", *(f"-{number}" for number in range(2, 10_000))]
-        found = next(base + ending for ending in endings if not self.is_taken(base + ending, what != "value"))
-        self.taken.add(found)
-        return found
+        unique = next(base + ending for ending in endings if not self.is_taken(base + ending, what != "value"))
+        self.taken.add(unique)
+        return unique
 
 
 class Converter:
@@ -352,17 +352,17 @@ class Expressions:
 
     def inside(self) -> Self:
         """Return the same place with a scope of its own."""
-        found = copy(self)
-        found.scope, found.specials = NameScope(self.scope), dict(self.specials)
-        return found
+        inner = copy(self)
+        inner.scope, inner.specials = NameScope(self.scope), dict(self.specials)
+        return inner
 
     def bind(self, name: str, kind: SnippetKind, number: float | None = None, string: str | None = None) -> str:
         """Declare a variable; returns its name."""
-        found = self.scope.fresh(name, "value")
-        self.scope.variables[name] = Snippet(found, kind, number, None, string)
+        unique = self.scope.fresh(name, "value")
+        self.scope.variables[name] = Snippet(unique, kind, number, None, string)
         if name.startswith("$"):
-            self.specials[name] = Snippet(found, kind, number)
-        return found
+            self.specials[name] = Snippet(unique, kind, number)
+        return unique
 
     def special(self, name: str) -> Snippet:
         """Return the value of a variable that modules hand down to those that they call, as ``$fn``."""
@@ -380,9 +380,9 @@ class Expressions:
             if name in self.specials:
                 return self.special(name)
             unsupported(expr.span, f"the special variable `{name}` is not set here")
-        found = self.scope.variable(name)
-        if found is not None:
-            return found
+        snippet = self.scope.variable(name)
+        if snippet is not None:
+            return snippet
         # after the scope, since a file can define `PI` itself
         if name == "PI":
             return Snippet("pi", NUM)
@@ -767,18 +767,18 @@ class Expressions:
             failure(expr.span, f"`rands` with {len(values)} arguments")
         known = [each.number for each in values if each.number is not None]
         if len(known) == 4 and known[2] <= _MAX_RANDOM and known[3] == int(known[3]):
-            found = random_numbers(known[0], known[1], int(known[2]), int(known[3]))
-            return self.list_code([constant(value) for value in found])
+            numbers = random_numbers(known[0], known[1], int(known[2]), int(known[3]))
+            return self.list_code([constant(value) for value in numbers])
         self.c.warn(expr.span, "`rands` draws other numbers than OpenSCAD; `--seed` changes them")
         return Snippet(call(self.c.helper("random-numbers"), *(each.text for each in values[:3])), list_of(NUM))
 
     def _functions(self) -> list[str]:
-        found: list[str] = []
+        functions: list[str] = []
         scope: NameScope | None = self.scope
         while scope is not None:
-            found += scope.functions
+            functions += scope.functions
             scope = scope.parent
-        return found
+        return functions
 
 
 def _is_literal(code: Snippet) -> bool:

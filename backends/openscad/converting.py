@@ -21,7 +21,7 @@ from scenelang.grammar.formatter import format_text
 from scenelang.interpreter.expand.forms import FORMS, INDENTS
 from scenelang.stdlib.library import build_library
 
-_MAX_ROUNDS = 40
+_MAX_CONVERSIONS = 40  # of one program: each may learn kinds of values that change what the next one writes
 _ROOT = -1
 _SPECIALS = {"$fn": 0.0, "$fa": 12.0, "$fs": 2.0}
 _RESERVED = {"scene", "pi", "tau", "none", "else", "profile", "number"}
@@ -47,7 +47,7 @@ def converted(text: str, name: str = "<text>", word: str = "part") -> tuple[str,
     statements = parse(text.replace("\r\n", "\n"), name)
     source = Source(name, text)
     facts = Facts()
-    for _ in range(_MAX_ROUNDS):
+    for _ in range(_MAX_CONVERSIONS):
         facts.changed = False
         program = _Program(facts, source, re.sub(r"[^\w ]+", " ", word).replace("_", " ").strip() or "part")
         made = program.text(statements)
@@ -98,13 +98,13 @@ class _Program:
 
     def _helpers(self) -> Iterable[str]:
         """Return the definitions of the helpers that the program uses, and of those that they use."""
-        wanted, found = list(self.converter.helpers), set()
+        wanted, needed = list(self.converter.helpers), set()
         while wanted:
             name = wanted.pop()
-            if name not in found:
-                found.add(name)
+            if name not in needed:
+                needed.add(name)
                 wanted += [other for other in HELPERS if other != name and f"({other} " in HELPERS[name]]
-        return [text for name, text in HELPERS.items() if name in found]
+        return [text for name, text in HELPERS.items() if name in needed]
 
     def _solid(self, place: Objects, shapes: Sequence[Shape]) -> Shape:
         """Return the scene: solids; a drawing without any becomes a thin plate, as OpenSCAD shows it."""

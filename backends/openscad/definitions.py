@@ -326,12 +326,12 @@ _TEXT = """
 
 
 def _by_name(text: str) -> dict[str, str]:
-    found = {}
+    blocks = {}
     for block in text.strip().split("\n\n"):
         match = re.search(r"^\(define \((\S+)", block, re.MULTILINE)
         assert match is not None, block
-        found[match[1].rstrip(")")] = block
-    return found
+        blocks[match[1].rstrip(")")] = block
+    return blocks
 
 
 HELPERS = _by_name(_TEXT)

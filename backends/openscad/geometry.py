@@ -3,6 +3,9 @@
 OpenSCAD finds out at run time whether an object is flat; here profiles and solids are different values, so a module
 that is called with flat children and with solid ones is written twice. Objects may be empty in OpenSCAD, which
 booleans here refuse: where that can happen, a helper leaves the empty ones out.
+
+Converted programs get OpenSCAD's polygons, not exact spheres and cylinders: the same numbers of sides, rings half a
+step from the poles, and layers of twists, so that volumes agree and parts still fit into each other.
 """
 
 from __future__ import annotations
@@ -126,10 +129,10 @@ def _one_profile(c: Converter, shape: Shape) -> str:
 
 def dimensions_of(shapes: Sequence[Shape], span: Span) -> int:
     """Return the dimensions that objects share, 0 if unknown."""
-    found = {shape.dimensions for shape in shapes} - {0}
-    if len(found) > 1:
+    dimensions = {shape.dimensions for shape in shapes} - {0}
+    if len(dimensions) > 1:
         unsupported(span, "flat and solid objects together", "give the flat one a height by `linear_extrude`")
-    return found.pop() if found else 0
+    return dimensions.pop() if dimensions else 0
 
 
 # --- places ----------------------------------------------------------------------------------------------------------
@@ -177,8 +180,8 @@ class Objects(Expressions):
         constants = []
         for name, assignment in assigned(statements).items():
             value = self.code(assignment.value)
-            found = self.bind(name, value.kind, value.number, value.string)
-            constants.append((assignment.comments, f"(define {found} {value.text})"))
+            unique = self.bind(name, value.kind, value.number, value.string)
+            constants.append((assignment.comments, f"(define {unique} {value.text})"))
         for each in functions:
             if isinstance(each.definition, FunctionDefinition) and self.scope.functions[each.definition.name] is each:
                 texts += self._function(each)
@@ -519,16 +522,16 @@ class Objects(Expressions):
 
     def named(self, instance: Instance, names: Sequence[str]) -> dict[str, Snippet]:
         """Return the arguments of a module of OpenSCAD by name; undefined ones are left out."""
-        found: dict[str, Snippet] = {}
+        by_name: dict[str, Snippet] = {}
         position = 0
         for each in instance.arguments:
             if each.name is None:
                 if position < len(names):
-                    found[names[position]] = self.code(each.value)
+                    by_name[names[position]] = self.code(each.value)
                 position += 1
             elif not each.name.startswith("$"):
-                found[each.name] = self.code(each.value)
-        return {name: value for name, value in found.items() if value.text != "none"}
+                by_name[each.name] = self.code(each.value)
+        return {name: value for name, value in by_name.items() if value.text != "none"}
 
     def fragments(self, radius: Snippet) -> str:
         """Return the number of sides of a circle by `$fn`, `$fa` and `$fs`, as OpenSCAD computes it."""

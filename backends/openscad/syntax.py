@@ -1,6 +1,11 @@
 """Parser of OpenSCAD: text to a syntax tree with places. The text is untrusted: size and nesting are bounded.
 
 The tree keeps the comments that stand before a statement, or behind it on its line.
+
+It is a recursive descent of our own. The MIT packages `openscad-parser` and `openscad-lalr-parser` read all of
+OpenSCAD's examples, but the first exceeds Python's recursion limit at thirty nested parentheses and takes seconds for
+a long sum, the second needs Lark when it runs, both print mistakes instead of returning them, and both keep pickled
+trees on disk.
 """
 
 from __future__ import annotations
@@ -400,12 +405,12 @@ class _Parser:
         return tuple(statements)
 
     def _statements(self, end: str) -> list[Statement]:
-        found: list[Statement] = []
+        statements: list[Statement] = []
         while self._token.kind != end:
             if not self._takes(";"):
-                found += self._statement()
+                statements += self._statement()
         self._next()
-        return found
+        return statements
 
     def _comments_before(self) -> tuple[str, ...]:
         """Return the comments between the statement before and this one, and forget them."""
@@ -468,17 +473,17 @@ class _Parser:
 
     def _parameters(self) -> tuple[ScadParameter, ...]:
         self._expect("(")
-        found: list[ScadParameter] = []
+        parameters: list[ScadParameter] = []
         while not self._takes(")"):
             start, name = self._token.start, self._expect("name").text
             default = self._expression() if self._takes("=") else None
-            if any(each.name == name for each in found):
+            if any(each.name == name for each in parameters):
                 failure(self._since(start), f"the parameter `{name}` occurs twice")
-            found.append(ScadParameter(self._since(start), name, default))
+            parameters.append(ScadParameter(self._since(start), name, default))
             if not self._takes(","):
                 self._expect(")")
                 break
-        return tuple(found)
+        return tuple(parameters)
 
     def _body(self) -> list[Statement]:
         """Return the statements of a module: a block, or one statement."""
@@ -523,17 +528,17 @@ class _Parser:
 
     def _arguments(self) -> tuple[Argument, ...]:
         self._expect("(")
-        found: list[Argument] = []
+        arguments: list[Argument] = []
         while not self._takes(")"):
             name = None
             if self._token.kind == "name" and self._tokens[self._at + 1].kind == "=":
                 name = self._next().text
                 self._next()
-            found.append(Argument(name, self._expression()))
+            arguments.append(Argument(name, self._expression()))
             if not self._takes(","):
                 self._expect(")")
                 break
-        return tuple(found)
+        return tuple(arguments)
 
     # --- expressions -------------------------------------------------------------------------------------------------
 
@@ -574,18 +579,18 @@ class _Parser:
         return None
 
     def _bindings(self) -> tuple[Argument, ...]:
-        start, found = self._token.start, self._arguments()
-        if not all(each.name for each in found):
+        start, bindings = self._token.start, self._arguments()
+        if not all(each.name for each in bindings):
             failure(self._since(start), "expected `name = value`")
-        return found
+        return bindings
 
     def _operations(self, level: int) -> Expr:
         """Return operations of at least this level, by precedence climbing."""
         start, entered, chain = self._token.start, 0, ""
         left = self._unary()
-        while (found := _LEVELS.get(self._token.kind, 0)) >= level:
+        while (precedence := _LEVELS.get(self._token.kind, 0)) >= level:
             operator = self._next().kind
-            right = self._operations(found + 1)
+            right = self._operations(precedence + 1)
             if operator == chain and operator in _CHAINS:
                 assert isinstance(left, Operation)
                 left = Operation(self._since(start), operator, (*left.operands, right))
@@ -735,13 +740,13 @@ class _Parser:
 
 def assigned(statements: Sequence[Statement]) -> dict[str, ScadAssignment]:
     """Return the assignments of a scope: each name at its first place, with its last value."""
-    found: dict[str, ScadAssignment] = {}
+    assignments: dict[str, ScadAssignment] = {}
     for each in statements:
         if isinstance(each, ScadAssignment):
-            before = found.get(each.name)
+            before = assignments.get(each.name)
             comments = each.comments if before is None else (*before.comments, *each.comments)
-            found[each.name] = ScadAssignment(each.span, each.name, each.value, comments)
-    return found
+            assignments[each.name] = ScadAssignment(each.span, each.name, each.value, comments)
+    return assignments
 
 
 # --- what statements do ----------------------------------------------------------------------------------------------

@@ -26,10 +26,12 @@ TONES: tuple[Color, ...] = (
     (0.60, 0.61, 0.625), (0.93, 0.935, 0.945), (0.085, 0.088, 0.095), (0.030, 0.031, 0.034), (0.30, 0.31, 0.325),
     (0.006, 0.006, 0.007),
 )  # fmt: skip
-_ENOUGH = 25.0  # median difference in L*: the eye sees 20 at a glance, and the small draft is off by up to 5
+_MIN_MEDIAN_CONTRAST = (
+    25.0  # median difference in L*: the eye sees 20 at a glance, and the small draft is off by up to 5
+)
 # Of the outline, 30 % may differ by less than 15: of an outline that is half clear and half not, as that of a board of
 # light and dark squares, the median says little and is another one in final images.
-_FAINT, _AT_LEAST = 0.3, 15.0
+_FAINT_SHARE, _MIN_FAINT_CONTRAST = 0.3, 15.0
 _PROBE_SIDE = 480  # pixels of the longer side of the draft beside the outline; 240 pixels miss bright rims
 _METER_SIDE = 240  # of the draft by which the exposure is chosen
 _REACH = 2  # pixels from the outline at which lightness is compared
@@ -76,9 +78,9 @@ def clearest(sides: Iterable[tuple[FloatArray, FloatArray]]) -> int:
     differences: list[float] = []
     for inside, outside in sides:
         steps = np.abs(inside - outside)
-        faint, middle = np.quantile(steps, (_FAINT, 0.5)).tolist()
+        faint, middle = np.quantile(steps, (_FAINT_SHARE, 0.5)).tolist()
         differences.append(middle)
-        if middle >= _ENOUGH and faint >= _AT_LEAST:
+        if middle >= _MIN_MEDIAN_CONTRAST and faint >= _MIN_FAINT_CONTRAST:
             return len(differences) - 1
     return int(np.argmax(differences))
 

@@ -258,7 +258,7 @@ def _lit_share(
     ) -> FloatArray:
         """Return how much nearer than the points' planes the blockers at the taps are (T, N), negative for none."""
         cosine, sine = np.cos(turned[at]) * radius / focal, np.sin(turned[at]) * radius / focal
-        (nx, ny, nz), far, found = normals[at].T, z[at], []
+        (nx, ny, nz), far, distances = normals[at].T, z[at], []
         for dx, dy in taps:
             x, y = u[at] + dx * cosine - dy * sine, v[at] + dx * sine + dy * cosine
             slope = nx * x + ny * y + nz
@@ -266,8 +266,8 @@ def _lit_share(
             column = np.clip(np.floor(x * focal + size / 2.0), 0, size - 1).astype(np.int64)
             row = np.clip(np.floor(size / 2.0 - y * focal), 0, size - 1).astype(np.int64)
             nearest = depth[row, column].astype(np.float64)
-            found.append(np.clip(reach, 0.25 * far, 2.0 * far) * (1.0 - _NEARER) - nearest)
-        return np.stack(found)
+            distances.append(np.clip(reach, 0.25 * far, 2.0 * far) * (1.0 - _NEARER) - nearest)
+        return np.stack(distances)
 
     radius = np.full(len(z), _MIN_TEXELS)
     if extent == 0.0:

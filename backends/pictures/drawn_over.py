@@ -119,18 +119,18 @@ def objects_of(root: Entity, paths: tuple[str, ...]) -> list[Located]:
     Raises SceneError for a path that selects nothing.
     """
     locator = Locator(Scene(root.word, [root], False))
-    found: list[Located] = []
+    instances: list[Located] = []
     for path in paths:
         if path != EVERYTHING:
-            found += _selected(locator, path)
+            instances += _selected(locator, path)
             continue
         top = Located((), root, IDENTITY)
         for _ in range(_MOST_SEARCHED):
             if len(top.entity.children) != 1 or top.entity.children[0].car.is_primitive:
                 break
             top = locator.find(EVERYTHING, top)[0]
-        found += locator.find(EVERYTHING, top) if top.entity.children else [top]
-    return found
+        instances += locator.find(EVERYTHING, top) if top.entity.children else [top]
+    return instances
 
 
 def _selected(locator: Locator, path: str) -> list[Located]:
@@ -149,12 +149,12 @@ def callouts_of(root: Entity, paths: tuple[str, ...], seen: IntArray) -> list[Ca
     It points at the instance that is seen best; the word of several instances has their number. ``seen`` (H, W) are
     the primitives of pixels. Raises SceneError if none of the objects is seen.
     """
-    found = objects_of(root, paths)
+    instances = objects_of(root, paths)
     areas = np.bincount(seen[seen >= 0].reshape(-1), minlength=1)
     total = np.concatenate([[0], np.cumsum(areas)])
     best: dict[str, tuple[int, tuple[int, int]]] = {}
     counts: dict[str, int] = {}
-    for instance, (first, last) in zip(found, primitive_ranges(root, found), strict=True):
+    for instance, (first, last) in zip(instances, primitive_ranges(root, instances), strict=True):
         word = instance.entity.word
         counts[word] = counts.get(word, 0) + 1
         area = int(total[min(last, len(areas))] - total[min(first, len(areas))])

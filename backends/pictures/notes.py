@@ -174,7 +174,7 @@ def dimensions_of(box: Box, camera: Camera) -> list[Dimension]:
         return []
     center = pixels.mean(axis=0)
     offset = _OFFSET * font_size(camera.width, camera.height)
-    found = []
+    dimensions = []
     for axis in range(3):
         edges = [(n, n | 1 << axis) for n in range(8) if not n >> axis & 1]
         candidates = list(_outer(pixels, center, edges))
@@ -187,8 +187,8 @@ def dimensions_of(box: Box, camera: Camera) -> list[Dimension]:
             continue
         text = f"{box[axis + 3] - box[axis]:.4g}"
         away = normal * offset
-        found.append(Dimension(text, _pixel(first), _pixel(last), _pixel(away)))
-    return found
+        dimensions.append(Dimension(text, _pixel(first), _pixel(last), _pixel(away)))
+    return dimensions
 
 
 def _outer(

@@ -37,7 +37,7 @@ FloatArray = npt.NDArray[np.float64]
 Corners = npt.NDArray[np.float64]  # (F, 3, 3) or (F, 3, 6): positions, perhaps with normals
 
 PLANES = 3  # of one section
-_SEGMENTS = 128  # sides of full circles of what is cut: within 3e-4 of the radius
+_CUT_SEGMENTS = 128  # sides of full circles of what is cut: within 3e-4 of the radius
 _MOST_CUTS = 20_000  # primitives that the planes meet
 # Nested solids are cut a little later the smaller they are, so that their faces show on those of what is around them:
 # in shares of the diagonal of the scene, for a size e times smaller, and for the next one of the same size.
@@ -294,7 +294,7 @@ def _box_under(box: Box, pose: Sequence[float]) -> tuple[FloatArray, FloatArray]
 
 def _mesh(shape: Primitive) -> Mesh:
     """Return the triangles of a primitive that is cut."""
-    return shape.computed.mesh if isinstance(shape, SolidShape) else leaf_mesh(shape, _SEGMENTS)
+    return shape.computed.mesh if isinstance(shape, SolidShape) else leaf_mesh(shape, _CUT_SEGMENTS)
 
 
 def _base_color(entity: Entity, shape: Primitive) -> Point:
@@ -399,7 +399,7 @@ def _filling(shape: Primitive, pose: Matrix, low: FloatArray, high: FloatArray) 
     if isinstance(shape, SolidShape):
         solid = shape.expression
     else:
-        solid = Expression(PRIMITIVE, {"segments": _SEGMENTS}, (), shape, "surface", shape.color)
+        solid = Expression(PRIMITIVE, {"segments": _CUT_SEGMENTS}, (), shape, "surface", shape.color)
     matrix = np.eye(4)
     matrix[:3] = np.array(pose).reshape(3, 4)
     box = np.eye(4)

@@ -20,7 +20,7 @@ FloatArray = npt.NDArray[np.float64]
 SUNRISE, SUNSET = 6.0, 18.0
 CLEAREST, HAZIEST = 2.0, 10.0  # turbidities for which the model holds
 _LATITUDE = math.radians(45.0)
-_ROWS = 128  # of the sky's image
+_SKY_ROWS = 128  # of the sky's image
 _LOWEST = math.radians(1.5)  # of the sun: below, the model's zenith luminance is negative
 # Coefficients by turbidity T, ``a T + b``: of luminance, and of the chromaticities x and y.
 _PEREZ = np.array([
@@ -74,7 +74,9 @@ def daylight(hour: float, haze: float) -> Daylight:
     turn = (hour - 12.0) / 12.0 * math.pi
     elevation = max(math.asin(math.cos(_LATITUDE) * math.cos(turn)), _LOWEST)
     azimuth = math.atan2(-math.sin(turn), math.sin(_LATITUDE) * math.cos(turn))
-    sky = _sky(directions_of(_ROWS).reshape(-1, 3), direction_at(azimuth, elevation), haze).reshape(_ROWS, 2 * _ROWS, 3)
+    sky = _sky(directions_of(_SKY_ROWS).reshape(-1, 3), direction_at(azimuth, elevation), haze).reshape(
+        _SKY_ROWS, 2 * _SKY_ROWS, 3
+    )
     return Daylight(Panorama(sky), _sun(elevation, haze), math.degrees(azimuth), math.degrees(elevation))
 
 

@@ -106,7 +106,7 @@ def boxes(solids: PosedForms) -> tuple[FloatArray, FloatArray]:
 
 Mask = npt.NDArray[np.bool_]
 
-_MAX_ROUNDS = 60  # of GJK; pairs that are not finished keep the distance so far, an upper bound
+_MAX_GJK_STEPS = 60  # pairs that are not finished keep the distance so far, an upper bound
 _RELATIVE_GAIN = 1e-7  # of a squared distance: a support point that gains less ends the search
 _CONTACT = 1e-9  # relative to the coordinates of a pair: closer solids touch
 _BATCH_QUERIES = 100_000  # support points computed at once
@@ -155,7 +155,7 @@ def distances(pairs: Pairs) -> FloatArray:
     rows = np.arange(count)
     size = np.abs(nearest).max(axis=1)
     size = size + np.abs(pairs.a.matrices).max(axis=(1, 2)) + np.abs(pairs.b.matrices).max(axis=(1, 2))
-    for _ in range(_MAX_ROUNDS):
+    for _ in range(_MAX_GJK_STEPS):
         if not len(rows):
             break
         square = np.einsum("ni,ni->n", nearest, nearest)

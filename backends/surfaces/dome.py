@@ -22,7 +22,7 @@ Color = tuple[float, float, float]
 _HEIGHT = 128  # rows of the image of an environment: its softboxes have soft edges
 _TABLE_HEIGHT = 24  # rows of blurred images, and of irradiance
 _SOURCE_HEIGHT, _LIGHT_HEIGHT = 32, 16  # rows of the images from which blurred images and irradiance are computed
-_KEPT = 8  # panoramas whose images are kept
+_CACHED_PANORAMAS = 8  # of which the images stay in memory
 _BLURS = (0.25, 0.5, 0.75, 1.0)  # roughnesses of blurred images
 
 
@@ -66,7 +66,10 @@ class Softbox:
 
 
 def _step(inside: Floats) -> Floats:
-    """Return 0 outside, 1 inside, with a smooth edge of a quarter of the half width."""
+    """Return the share of a softbox's radiance, 0 to 1, by the smoothstep polynomial 3 t^2 - 2 t^3.
+
+    ``inside`` is the distance to the edge in half widths, negative outside; the share rises over the first quarter.
+    """
     t = np.clip(inside * 4.0, 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t), np.float64)
 
@@ -140,7 +143,7 @@ class Dome:
         return across - np.floor(across), down
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHED_PANORAMAS)
 def panorama_of(sky: Sky, ambient: Color) -> Panorama:
     """Return the image of a sky whose light on a horizontal surface is that of the uniform radiance ``ambient``."""
     directions = directions_of(_HEIGHT).reshape(-1, 3)
@@ -187,7 +190,7 @@ def smaller(image: FloatArray, height: int) -> FloatArray:
     return np.asarray((total / count).T.reshape(height, 2 * height, 3), np.float64)
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHED_PANORAMAS)
 def _irradiance(panorama: Panorama) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     """Return the irradiance by normal, divided by pi, of all of a dome and of its upper half, as images.
 
@@ -205,7 +208,7 @@ def _irradiance(panorama: Panorama) -> tuple[npt.NDArray[np.float32], npt.NDArra
     return both[0], both[1]
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHED_PANORAMAS)
 def _blurred(panorama: Panorama) -> tuple[FloatArray, ...]:
     """Return the images of a dome that surfaces of the roughnesses ``_BLURS`` reflect.
 

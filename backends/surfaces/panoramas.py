@@ -18,11 +18,11 @@ from scenelang.grammar.diagnostics import SceneError
 FloatArray = npt.NDArray[np.float64]
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB
-_MAX_BYTES = 256_000_000  # of a file
-_ROWS = 256  # to which images are reduced
+_MAX_IMAGE_BYTES = 256_000_000  # of a file
+_MAX_IMAGE_ROWS = 256  # to which images are reduced
 # To which images are enlarged: light is added up at the middles of pixels, which must be near together for a sun to
 # differ from what is around it, and for a surface to see what is above the horizon.
-_LEAST_ROWS = 32
+_MIN_IMAGE_ROWS = 32
 _FINAL_EXTRA = "'scenelang[final]'"  # what installs Mitsuba, which reads OpenEXR
 # A sun is the brightest spot, within a few degrees, if it gives so much of all light.
 _SUN_SHARE, _SUN_DEGREES = 0.12, 6.0
@@ -42,8 +42,8 @@ def panorama_from(path: str) -> Panorama:
     """Return the panorama of an image file, whose middle column is +z; raises SceneError("file")."""
     target = Path(path)
     try:
-        if target.stat().st_size > _MAX_BYTES:
-            raise SceneError("file", f"`{path}` is larger than {_MAX_BYTES:,} bytes")
+        if target.stat().st_size > _MAX_IMAGE_BYTES:
+            raise SceneError("file", f"`{path}` is larger than {_MAX_IMAGE_BYTES:,} bytes")
         image = _exr(target) if target.suffix.lower() == ".exr" else radiance_image(read_regular(target))
     except OSError as error:
         raise SceneError("file", f"cannot read `{path}`: {error.strerror or error}") from None
@@ -58,12 +58,12 @@ def panorama_from(path: str) -> Panorama:
     if not image.any():
         raise SceneError("file", f"`{path}` is black: it lights nothing")
     # Images have -z, or another direction, in the middle; ours have +z there, and columns grow towards +x.
-    return Panorama(smaller(_enlarged(image[:, ::-1]), _ROWS))
+    return Panorama(smaller(_enlarged(image[:, ::-1]), _MAX_IMAGE_ROWS))
 
 
 def _enlarged(image: FloatArray) -> FloatArray:
     """Return an image (H, W, 3) whose pixels are repeated if it has few of them."""
-    times = -(-_LEAST_ROWS // len(image))
+    times = -(-_MIN_IMAGE_ROWS // len(image))
     return image if times == 1 else image.repeat(times, 0).repeat(times, 1)
 
 
@@ -127,7 +127,11 @@ def _runs(body: bytes, at: int, line: npt.NDArray[np.uint8]) -> int:
 
 
 def without_sun(panorama: Panorama) -> tuple[Panorama, Sun | None]:
-    """Return a panorama without its sun, and the sun, None if no spot gives a good part of the light."""
+    """Return a panorama with its sun replaced by the sky around it, and the sun.
+
+    A sun is a spot around the brightest pixel above the horizon that gives ``_SUN_SHARE`` of the light on a level
+    surface. Without one the panorama is unchanged, and the sun None.
+    """
     image = panorama.image
     toward, weight = directions_of(len(image)), solid_angles(len(image))
     light = image @ LUMINANCE

@@ -26,7 +26,7 @@ from scenelang.interpreter.values.values import IDENTITY, Embedding, Pair, Vecto
 Warn = Callable[[Diagnostic], None]
 
 _CLAY = (0.58, 0.53, 0.48)  # linear sRGB
-_SEGMENTS = 24  # sides of full circles of a wireframe: few enough to tell its lines apart
+_WIREFRAME_SEGMENTS = 24  # sides of full circles of a wireframe: few enough to tell its lines apart
 
 
 def in_clay(scene: Scene, limit: int, warn: Warn | None) -> Scene:
@@ -78,7 +78,7 @@ def in_triangles(scene: Scene, limit: int, warn: Warn | None) -> Scene:
         shape = entity.shape
         if shape is None or not shape.has_geometry:
             return entity
-        mesh = shape.computed.mesh if isinstance(shape, SolidShape) else leaf_mesh(shape, _SEGMENTS)
+        mesh = shape.computed.mesh if isinstance(shape, SolidShape) else leaf_mesh(shape, _WIREFRAME_SEGMENTS)
         surface = CutSurface(surface=two_sided(shape, mesh), color=shape.color, image=shape.image)
         return Entity(entity.word, entity.embedding, (), surface, entity.tainted, entity.call_sites)
 

@@ -419,22 +419,28 @@ def _piece(entity: Entity, table: _LookTable) -> _Piece | _Triangles | None:
 def _triangles(entity: Entity, mesh: Mesh, look: Look, table: _LookTable) -> _Triangles:
     """Return the triangles of a mesh, in its own colors unless the primitive has a ``:color``."""
     local, valid = triangle_poses(mesh.corners)
-    normals = None
-    if entity.shape is not None and not entity.shape.is_file:
-        normals = _corner_normals(mesh, local, valid)
+    has_normals = entity.shape is not None and not entity.shape.is_file  # those of files are not used
+    normals = _corner_normals(mesh, local, valid) if has_normals else None
     part = None if mesh.part is None else mesh.part[valid]
-    if mesh.colors is None or not keeps_own_colors(entity, mesh):
+    charts: FloatArray | None
+    if mesh.colors is not None and keeps_own_colors(entity, mesh):
+        numbers, charts = _own_looks(entity, mesh, look, table, valid, local)
+    else:
         numbers = np.full(len(local), table.number(look))
-        charts = None
-        if look.texture is not None and look.texture.projection == "uv":
-            charts = _charts(coordinates_of(entity, mesh)[valid], local)
-        return _Triangles(local, numbers, normals, part, mesh.part_words, charts)
+        has_chart = look.texture is not None and look.texture.projection == "uv"
+        charts = _charts(coordinates_of(entity, mesh)[valid], local) if has_chart else None
+    return _Triangles(local, numbers, normals, part, mesh.part_words, charts)
+
+
+def _own_looks(
+    entity: Entity, mesh: Mesh, look: Look, table: _LookTable, valid: IntArray, local: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """Return the looks (K,) and charts (K, 3, 4) of the triangles ``valid`` in the colors and images of their mesh."""
+    assert mesh.colors is not None
     colors, inverse = np.unique(mesh.colors[valid], axis=0, return_inverse=True)
     looks = [table.number(replace(look, color=tuple(color))) for color in colors.tolist()]
-    numbers, charts = np.array(looks, np.int64)[inverse.reshape(-1)], local
-    if mesh.images:
-        numbers, charts = _imaged(entity, mesh, look, table, numbers, valid, local)
-    return _Triangles(local, numbers, normals, part, mesh.part_words, charts)
+    by_color = np.array(looks, np.int64)[inverse.reshape(-1)]
+    return _imaged(entity, mesh, look, table, by_color, valid, local) if mesh.images else (by_color, local)
 
 
 def coordinates_of(entity: Entity, mesh: Mesh) -> FloatArray:

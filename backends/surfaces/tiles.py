@@ -31,7 +31,7 @@ IntArray = npt.NDArray[np.int64]
 # Pixels per side of a pattern's image; fewer in a browser, where arrays are plain Python.
 _SIZE = 128 if sys.platform == "emscripten" else 512
 _JOINT = 0.055  # width of mortar and joints, relative to `:scale`
-_KEPT = 16  # images that are kept
+_CACHED_IMAGES = 16  # of textures, that stay in memory
 _MARGIN = 0.125  # of the surface's color on each side of a decal, as shares of its image with them
 _TURNED_AWAY = 0.05  # cosine between a normal and the side of a decal up to which a surface does not show it
 _ON_AXIS = 1e-6  # share of the largest distance from the axis within which a point has no angle of its own
@@ -132,7 +132,7 @@ def relief_of(texture: Texture) -> Tile:
     return _relief(replace(pictured(texture), colors=((1.0, 1.0, 1.0),) if texture.is_image else _HEIGHTS))
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHED_IMAGES)
 def _relief(texture: Texture) -> Tile:
     """Return the relief of a texture that is ``pictured`` in black and white."""
     tile = _tile(texture)
@@ -161,7 +161,7 @@ _HEIGHTS: tuple[Color, ...] = ((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
 _BEVEL = 1.0 / 256.0  # half the width of the boxes that blur the heights, as a share of the image's longer side
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHED_IMAGES)
 def _tile(texture: Texture) -> Tile:
     """Return the period of a texture that is ``pictured``."""
     if texture.side:

@@ -337,7 +337,7 @@ def _extremum(arguments: Sequence[Kind]) -> Kind:
 
 
 def _sum(arguments: Sequence[Kind]) -> Kind:
-    """A number for a sequence of numbers."""
+    """Return the kind of ``(sum items)``: a number if the items are known to be numbers, as in a vector."""
     kind = arguments[0]
     if kind.tag == "Vector" or (kind.tag == "List" and is_number(item_of(kind))):
         return NUMBER

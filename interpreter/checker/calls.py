@@ -51,7 +51,6 @@ if TYPE_CHECKING:
     from scenelang.interpreter.checker.infer import KindInference, RecordCode
 
 _MAX_WRITTEN = 80  # characters of a call that a hint shows in full
-_FEW = 4  # keyword arguments that a hint lists
 
 
 def function_of(builtin: Builtin) -> Kind:
@@ -301,9 +300,9 @@ def report_half(inference: KindInference, node: Any, kind: Kind, wants: str) -> 
     """Report an ``if`` without a second branch where a value of the type ``wants`` is needed."""
     if kind is ANY or accepts(wants, NONE) or not any(option.tag == "None" for option in kind.options):
         return
-    found = missing_branch(node, wants)
-    if found is not None:
-        half, message, hint, fixes = found
+    branch = missing_branch(node, wants)
+    if branch is not None:
+        half, message, hint, fixes = branch
         inference.report("conditional-failure", message, half.span, hint, fixes=fixes, always=False,
                          expected=expected_name(wants), found="`none`")  # fmt: skip
 
@@ -741,15 +740,15 @@ def _check_callback_types(
         if parameter is None or accepts(parameter.type, kind):
             continue
         expected = expected_name(parameter.type.name)
-        found = describe(kind)
+        described = describe(kind)
         inference.report(
             "type",
-            f"{caller} calls `{code.name}`, which expects {expected} for `{parameter.name}`, got {found}",
+            f"{caller} calls `{code.name}`, which expects {expected} for `{parameter.name}`, got {described}",
             node.span,
             code.call_hint,
             always=runs,
             expected=expected,
-            found=found,
+            found=described,
             signature=code.usage,
         )
         return

@@ -362,7 +362,7 @@ _WORDS = frozenset((
 _CLOCKS = frozenset(("t", "$t", "time", "frame"))  # names of the time in other tools
 _TESTED = lazy_pattern(r"\((?:(?:if|when|unless|while|and|or|not|define\s+\S+)\s+)?\Z")  # before the test of a form
 _TRUE = "write `#t`"
-_FILM = "a film lists its frames: `(frames (for/list ((i (iota 24))) ...))`, where an angle is `(* tau (/ i 24))`"
+_VIDEO = "a video lists its frames: `(frames (for/list ((i (iota 24))) ...))`, where an angle is `(* tau (/ i 24))`"
 _OPERATORS = frozenset(("&&", "||", "==", "===", "**", "^"))
 
 
@@ -374,7 +374,7 @@ def _named(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterator[Habi
     """Names, methods and module functions of other languages."""
     if tree.text in _CLOCKS and tree.start in unbound:
         is_truth = tree.text == "t" and _TESTED.search(source.text, 0, tree.start) is not None
-        hint = _TRUE if is_truth else _FILM
+        hint = _TRUE if is_truth else _VIDEO
         message = f"`{tree.text}` is not defined{'' if is_truth else ', and there is no clock'}"
         fix = Fix("Change to `#t`", (Edit(Span(source, tree.start, tree.end), "#t"),), safe=True) if is_truth else None
         diagnostic = _diagnostic(source, tree.start, tree.end, message, hint, fix)
@@ -834,7 +834,7 @@ def _patterns() -> dict[str, list[tuple[Idiom, Tree]]]:
 
 
 def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
-    """Forms of other languages; the first pattern that matches counts."""
+    """Yield a diagnostic for a form of another language, of the first pattern that matches it, with its replacement."""
     patterns = _patterns()
     keys = dict.fromkeys([*(item.text for item in tree.items[:2] if item.text), ""])
     for form, pattern in (row for key in keys for row in patterns.get(key, ())):

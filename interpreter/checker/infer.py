@@ -45,7 +45,6 @@ from scenelang.interpreter.compile.kinds import (
     Kind,
     describe,
     is_number,
-    is_truthy,
     item_of,
     join,
     join_all,
@@ -670,20 +669,23 @@ def _assignment(inference: KindInference, node: ast.Assignment) -> Kind:
 
 
 def _if(inference: KindInference, node: ast.If) -> Kind:
-    """Infer a conditional; the branch that a constant test excludes may not run."""
-    test = inference.infer(node.test)
-    truths.check_test(inference, node.test, test)
-    always = is_truthy(test) if type(node.test) is not ast.Constant else _truth(node.test.value)
-    if always is not None and type(node.test) is ast.Constant:
-        taken, other = (node.then, node.otherwise) if always else (node.otherwise, node.then)
-        if other is not None:
-            with inference.uncertain(node.test):
-                inference.infer(other)
-        return inference.infer(taken) if taken is not None else NONE
+    """Infer a conditional: the kind of either branch, or of the one that a constant test chooses."""
+    truths.check_test(inference, node.test, inference.infer(node.test))
+    if type(node.test) is ast.Constant:
+        return _branch_of_constant(inference, node, node.test)
     with inference.uncertain(node.test):
         then = inference.infer(node.then)
         otherwise = inference.infer(node.otherwise) if node.otherwise is not None else NONE
     return join(then, otherwise)
+
+
+def _branch_of_constant(inference: KindInference, node: ast.If, test: ast.Constant) -> Kind:
+    """Infer a conditional with a constant test; the branch that never runs is checked for its own mistakes only."""
+    taken, excluded = (node.then, node.otherwise) if _truth(test.value) else (node.otherwise, node.then)
+    if excluded is not None:
+        with inference.uncertain(test):
+            inference.infer(excluded)
+    return NONE if taken is None else inference.infer(taken)
 
 
 def _truth(value: Any) -> bool:

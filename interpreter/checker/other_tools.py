@@ -36,7 +36,7 @@ _STROKES = Meaning('paths of SVG are profiles: `(extrude (svg-path "M 0 0 L 1 0 
 _RADIANCE = Meaning("a surface with `:emission` is a light", "emission")
 _CAMERA = Meaning('a camera is declared at top level: `(camera "main" :eye [3 2 5] :look-at [0 1 0] :fov 35)`')
 _AIMED = Meaning("a part is turned by `(look-at eye target)`, and a camera by `(camera :look-at [0 1 0])` at top level")
-_SHADOWS = Meaning("every surface casts and receives shadows in final pictures")
+_SHADOWS = Meaning("every surface casts and receives shadows in final images")
 _SMOOTH = Meaning("surfaces are exact; `export --tolerance` says how finely they are divided")
 _SIDES = Meaning("surfaces have two sides, and are always filled")
 _PLACED = Meaning("a part is placed by `transform`: `(transform part (translate [x y z]))`")
@@ -46,7 +46,7 @@ _MESH = Meaning("a mesh is made by `(mesh vertices faces)`")
 _PART = 'a word is bound to what it draws: `(bind "word" (lambda () ...))`'
 _IS = 'the primitive is "{}"'
 
-_ROWS: Mapping[Meaning, str] = {
+_NAMES_BY_MEANING: Mapping[Meaning, str] = {
     _SIZES: "size dimensions dims extents local-scale",
     _EDGES: "dx dy dz xmin xmax ymin ymax zmin zmax x1 y1 x2 y2 cx cy",
     _RADIANCE: "intensity luminosity lumens irradiance radiance penumbra shadow-soft-size",
@@ -67,7 +67,9 @@ _ROWS: Mapping[Meaning, str] = {
     _MESH: "geometry vertices faces paths indices triangles normal normals",
     _STROKES: "stroke stroke-width stroke-opacity stroke-dasharray stroke-linecap stroke-linejoin",
 }
-_ATTRIBUTES: Mapping[str, Meaning] = {name: meaning for meaning, names in _ROWS.items() for name in names.split()}
+_ATTRIBUTES: Mapping[str, Meaning] = {
+    name: meaning for meaning, names in _NAMES_BY_MEANING.items() for name in names.split()
+}
 
 _ARRAYS = (_PLACED, _TURNED, _MESH, _AIMED)  # attributes that hold arrays there; with a number they describe a noun
 

@@ -682,8 +682,8 @@ class FactCache:
 # Similarities of names (difflib's ratio, see `lint`). An attribute of a primitive that does not read the written one is
 # suggested from a wrong letter in four (0.75), because the written one means nothing there. A word without geometry may
 # have any attribute: from a wrong letter in five (0.8), which no two of the 20 attributes of primitives have in common.
-_NEAR = 0.75
-_TYPO = 0.8
+_MIN_ATTRIBUTE_RATIO = 0.75
+_MIN_WORD_RATIO = 0.8
 
 # Names that people write for attributes, and hints what to write instead. Rows of a word come before those of "*".
 _PLACED = 'a part is placed by `transform`: `(transform (call "{word}") (translate [x y z]))`'
@@ -836,11 +836,11 @@ def _bytes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
 
 def _is_typo(name: str, near: str) -> bool:
     """Return whether a name is so similar to another that it is probably a misspelling of it."""
-    if not may_resemble(near, name, _TYPO):
+    if not may_resemble(near, name, _MIN_WORD_RATIO):
         return False
     from difflib import SequenceMatcher
 
-    return SequenceMatcher(None, near, name).ratio() >= _TYPO
+    return SequenceMatcher(None, near, name).ratio() >= _MIN_WORD_RATIO
 
 
 def _named_in(hint: str) -> str | None:
@@ -871,7 +871,7 @@ def near_attribute(word: str, name: str) -> str | None:
             return attribute.name
         if name.lower() in attribute.aliases and name != "transparency":
             return attribute.name
-    near = close_matches(name.lower(), [attribute.name for attribute in known], 1, _NEAR)
+    near = close_matches(name.lower(), [attribute.name for attribute in known], 1, _MIN_ATTRIBUTE_RATIO)
     if near:
         return near[0]
     # `:emission-strength`, `:base-color` and `:metallicFactor` of other tools

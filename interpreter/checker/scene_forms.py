@@ -717,7 +717,7 @@ def report_parts(inference: KindInference, node: Any, kind: Kind, place: str, al
         if type(node) is ast.Application and len(node.arguments) == 2:
             fixes = swap_fix(node, *node.arguments)[1]
     elif culprit.tag == "Frames":
-        hint = "a film is `frames` around the whole: `(frames (for/list (...) (union still moving)))`"
+        hint = "a video is `frames` around the whole: `(frames (for/list (...) (union still moving)))`"
     message = f"{place} expects entities or (entity . matrix) pairs, got {shown(node, culprit)}"
     dropped = _dropped_before(inference, node) if place.startswith('"') and always else None
     if place.startswith('"'):

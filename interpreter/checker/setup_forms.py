@@ -82,12 +82,12 @@ def _of_call(node: Any) -> Iterator[Diagnostic]:
     form = called_builtin(node) or ""
     known = {key: value for key, value in _keywords(node).items() if key in PROPERTIES[form]}
     for key, value in known.items():
-        found = _literal(value)
-        is_named_color = PROPERTIES[form][key].kind is COLOR and type(found) is str
-        if found is _UNKNOWN or found is None or is_named_color:
+        literal = _literal(value)
+        is_named_color = PROPERTIES[form][key].kind is COLOR and type(literal) is str
+        if literal is _UNKNOWN or literal is None or is_named_color:
             continue
         try:
-            checked_property(form, key, found)
+            checked_property(form, key, literal)
         except SceneError as error:
             yield Diagnostic(error.name, error.message, value.span, error.hint)
             return
@@ -112,20 +112,20 @@ def _unknown_words(program: Program, node: Any) -> Iterator[Diagnostic]:
     form = called_builtin(node) or ""
     for key, value in _keywords(node).items():
         prop = PROPERTIES[form].get(key)
-        found = _literal(value)
-        if prop is None or prop.kind is not TARGET or type(found) is not str:
+        literal = _literal(value)
+        if prop is None or prop.kind is not TARGET or type(literal) is not str:
             continue
         if any(facts.computes_strings for facts in program.facts):
             return
         known = {*program.all_words, *(text for facts in program.facts for text in facts.strings)}
-        for step in _PATH.split(found) if "\\" not in found else ():  # which escapes characters of words
+        for step in _PATH.split(literal) if "\\" not in literal else ():  # which escapes characters of words
             word = _INDEX.sub("", step).strip()
             if word and word not in _ANY and word not in known and not word.startswith("<"):
                 near = near_names(word, known)
                 listed = " or ".join(f'"{name}"' for name in near)
                 hint = f"did you mean {listed}?" if near else None
                 fixes = tuple(Fix(f'Change to "{name}"', (Edit(value.span, f'"{name}"'),)) for name in near
-                              if step == found)  # fmt: skip
+                              if step == literal)  # fmt: skip
                 message = f'`:{key}` of `{form}` names "{word}", which is no word of the scene'
                 yield Diagnostic("declaration-subject", message, value.span, hint, fixes=fixes, near=tuple(near))
                 return

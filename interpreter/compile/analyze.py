@@ -218,7 +218,8 @@ class _Analyzer:
                 self.visit(child, region)
 
     def _mark_parts(self, node: Any, owner: ast.Lambda | None) -> None:
-        """Record the forms that make the value of ``node`` and are parts; ``owner`` is the function that they end."""
+        """Record in ``Analysis.parts`` which forms make the value of ``node``: through bodies and branches, to a
+        ``union`` and its kin. ``owner`` is the Lambda of the word whose body they end, None within another form."""
         ends = [node]
         while ends:
             end = ends.pop()

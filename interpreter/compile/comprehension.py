@@ -180,7 +180,7 @@ def _entered(layout: Any, frame: Frame, *, is_new: bool) -> Frame:
 
 
 def _when(test: Node, step: Step, layout: Any, *, is_new: bool) -> Step:
-    """Take the step if the test is true."""
+    """Return the step of a clause ``:when``: ``step`` where the test is true, else nothing; the loop goes on."""
 
     def run(frame: Frame, out: Any) -> Any:
         value = test(frame)
@@ -190,7 +190,7 @@ def _when(test: Node, step: Step, layout: Any, *, is_new: bool) -> Step:
 
 
 def _unless(test: Node, step: Step, layout: Any, *, is_new: bool) -> Step:
-    """Take the step if the test is false."""
+    """Return the step of a clause ``:unless``: ``step`` where the test is false, else nothing; the loop goes on."""
 
     def run(frame: Frame, out: Any) -> Any:
         value = test(frame)
@@ -200,7 +200,7 @@ def _unless(test: Node, step: Step, layout: Any, *, is_new: bool) -> Step:
 
 
 def _break(test: Node, step: Step, layout: Any, *, is_new: bool) -> Step:
-    """End all loops if the test is true, else take the step."""
+    """Return the step of a clause ``:break``: it ends all loops where the test is true, else it is ``step``."""
 
     def run(frame: Frame, out: Any) -> Any:
         value = test(frame)
@@ -377,7 +377,7 @@ class _Or(_Quantifier):
 
 
 class _First(_Quantifier):
-    """``for/first``: the value of the first turn."""
+    """``for/first``: the value of the body in the first turn, which ends the loop; ``#f`` without turns."""
 
     @staticmethod
     def start(rt: Runtime) -> Any:

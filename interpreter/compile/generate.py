@@ -323,10 +323,10 @@ class FunctionWriter(Text):
         self.indent = 1
         self.line("except CAUGHT as error:")
         self.indent = 2
-        self.line("found = placed(error, SITES)")
-        self.line("if found is error:")
+        self.line("located = placed(error, SITES)")
+        self.line("if located is error:")
         self.line(" raise")
-        self.line("raise found from None")
+        self.line("raise located from None")
         source = "\n".join(self.lines) + "\n"
         exec(_code_of(source), self.constants)  # noqa: S102  # nosec B102: of our own templates; no text of a program
         self.rt.units.append(self.constants)

@@ -444,7 +444,7 @@ def inserted(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
 
 
 _NONE: Mapping[str, TopForm] = MappingProxyType({})
-_MAX_ROUNDS = 10  # updates of dependents after a definition, since their new definitions may have dependents too
+_MAX_UPDATES = 10  # updates of dependents after a definition, since their new definitions may have dependents too
 
 
 @dataclass(frozen=True, slots=True)
@@ -818,7 +818,7 @@ class TopLevel:
         return [d for d in problems if not (file.is_incomplete and d.name == "unbound")]
 
     def _scene(self) -> ListDatum | None:
-        """Return the last ``(scene ...)`` form, or None."""
+        """Return the ``(scene ...)`` form that was accepted last, which chooses the root; None if there is none."""
         return next((form.scene for form in reversed(self.forms) if form.scene is not None), None)
 
     def _count_as_assigned(self, group: Sequence[TopForm]) -> None:
@@ -871,7 +871,7 @@ class TopLevel:
     def _update_dependents(self) -> list[TopForm]:
         """Expand and run again the functions that looked up a name whose meaning has changed; return their forms."""
         updated: list[TopForm] = []
-        for _ in range(_MAX_ROUNDS):
+        for _ in range(_MAX_UPDATES):
             stale = [form for form in self.forms if self._is_stale(form)]
             if not stale:
                 break

@@ -658,7 +658,11 @@ def _shape_columns(rows: _Features, tolerance: float) -> list[Floats]:
 
 
 def _pair_moved(a: _Features, b: _Features, tolerance: float) -> tuple[Ints, Ints]:
-    """Pair rows of the same shape and appearance, nearest first."""
+    """Return the rows of both sides that are pairs of the same shape and appearance, nearest first.
+
+    Rows are compared if their values lie in one cell of a grid. What the border of a cell separates is in one cell of
+    a grid with another offset, so the rows that remain try those in turn.
+    """
     pairs_a, pairs_b = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
     left, right = np.arange(len(a)), np.arange(len(b))
     columns_a, columns_b = _shape_columns(a, tolerance), _shape_columns(b, tolerance)
@@ -668,9 +672,12 @@ def _pair_moved(a: _Features, b: _Features, tolerance: float) -> tuple[Ints, Int
         hash_b = _hash([block[right] for block in columns_b], shift)
         for group_a, group_b in _groups(hash_a, hash_b):
             rows_a, rows_b = left[group_a], right[group_b]
-            small = len(rows_a) * len(rows_b) <= budget
-            budget -= len(rows_a) * len(rows_b) if small else 0
-            i, j = (_pair_nearest if small else _pair_in_order)(a.location[rows_a], b.location[rows_b])
+            distances = len(rows_a) * len(rows_b)
+            if distances <= budget:
+                budget -= distances
+                i, j = _pair_nearest(a.location[rows_a], b.location[rows_b])
+            else:
+                i, j = _pair_in_order(a.location[rows_a], b.location[rows_b])
             pairs_a.append(rows_a[i])
             pairs_b.append(rows_b[j])
         left = np.setdiff1d(np.arange(len(a)), np.concatenate(pairs_a))

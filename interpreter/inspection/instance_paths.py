@@ -26,7 +26,7 @@ from scenelang.interpreter.values.values import IDENTITY, Embedding, Matrix, Pai
 MAX_INSTANCES = 100_000  # that a path may select
 _MAX_CHARACTERS = 2_000  # of a path
 _MAX_CACHED_WORDS = 64  # words whose counts are cached
-_MAX_SHOWN_WORDS = 12
+_MAX_LISTED_WORDS = 12  # of the parts where a path fails, in a hint
 _MAX_EXAMINED = 100  # instances in which the words for a hint are looked up
 _MAX_SHOWN_CHARACTERS = 80  # of a malformed path, in a message
 _SPECIAL = frozenset("/[]\\")
@@ -212,7 +212,7 @@ class Locator:
         words = sorted({e.word for instance in selection[:_MAX_EXAMINED] for e in descendants(instance.entity)})
         hint = None
         if step.kind == "word":
-            shown = ", ".join(words[:_MAX_SHOWN_WORDS]) + (", ..." if len(words) > _MAX_SHOWN_WORDS else "")
+            shown = ", ".join(words[:_MAX_LISTED_WORDS]) + (", ..." if len(words) > _MAX_LISTED_WORDS else "")
             hint = suggest(step.name, words) or f"its words are {shown}"
         return SceneError("value", f"no part `{step}` in `{around}`", hint)
 
@@ -386,13 +386,13 @@ class Locator:
         return "/".join(steps) or escaped(self.root.word)
 
 
-def primitive_ranges(root: Entity, found: Sequence[Located]) -> list[tuple[int, int]]:
+def primitive_ranges(root: Entity, instances: Sequence[Located]) -> list[tuple[int, int]]:
     """Return for each located instance its primitives in the flattened frame, as a half-open range of indices."""
     counts: dict[int, int] = {}
     for entity in descendants(root):
         below = sum(times * counts[id(child)] for child, times in entity_times(entity.children))
         counts[id(entity)] = int(entity.is_primitive) + below
-    return [_range(root, instance.positions, counts) for instance in found]
+    return [_range(root, instance.positions, counts) for instance in instances]
 
 
 def _range(root: Entity, positions: Sequence[int], counts: dict[int, int]) -> tuple[int, int]:
@@ -404,10 +404,10 @@ def _range(root: Entity, positions: Sequence[int], counts: dict[int, int]) -> tu
     return first, first + counts[id(entity)]
 
 
-def outermost(found: Sequence[Located]) -> Iterator[Located]:
+def outermost(instances: Sequence[Located]) -> Iterator[Located]:
     """Yield the instances that are not below another one, each once."""
     yielded: set[tuple[int, ...]] = set()
-    for instance in sorted(found, key=lambda one: one.positions):  # ancestors first
+    for instance in sorted(instances, key=lambda one: one.positions):  # ancestors first
         if not any(instance.positions[:k] in yielded for k in range(len(instance.positions) + 1)):
             yielded.add(instance.positions)
             yield instance

@@ -28,9 +28,9 @@ from scenelang.interpreter.lift.tree import walk as walk_tree
 from scenelang.interpreter.scene.primitives import block_words
 
 _MAX_PASSES = 4  # what one pass removes may leave something unused; none of 10,000 programs needed a fourth
-_MAX_ROUNDS = 8
-_MAX_SURVEYS = 1
-_MAX_SIZE = 60_000  # nodes of a program
+_MAX_REWRITES = 8  # of one form in a pass: what a rule changes, another one may change again
+_MAX_SURVEYED_REWRITES = 1  # with a survey after each; later, what the first ones know still holds
+_MAX_NODES = 60_000  # nodes of a program
 _MACROS = ("define-syntax", "define-macro", "let-syntax", "letrec-syntax")
 _LIBRARY = ("std/python.scene",)
 
@@ -69,7 +69,7 @@ def lift(
     if any(depth_exceeds(form) for form in forms):
         return same
     nodes = [node_of(form, trivia, spelling) for form in forms]
-    if sum(map(size, nodes)) > _MAX_SIZE:
+    if sum(map(size, nodes)) > _MAX_NODES:
         return same
     originals = {id(node): form for node, form in zip(nodes, forms)}
     program = _program(nodes, library)
@@ -181,12 +181,12 @@ def _rewrite_forms(program: OpenProgram, fixed: Sequence[int]) -> bool:
         position for position, top in enumerate(program.forms) if id(top) not in fixed and program.is_understood(top)
     ]
     everything, has_changed = list(waiting), False
-    for number in range(_MAX_ROUNDS):
+    for number in range(_MAX_REWRITES):
         waiting = [position for position in waiting if _rewrite(program, position)]
         if not waiting:
             break
         has_changed = True
-        if number < _MAX_SURVEYS:  # later, what is known of the first rounds still holds
+        if number < _MAX_SURVEYED_REWRITES:
             known = program.known
             program.survey()
             waiting = waiting if program.known == known else list(everything)  # a name of the library is free again

@@ -120,10 +120,10 @@ class _Body:
 
     def linear(self, node: CodeTree) -> tuple[Poly, Poly] | None:
         """Return slope and offset of an expression in the variable, or None if it is not linear."""
-        found = self.poly(node).split(self.loop.variable, self.depends)
-        if found is None or any(self.depends(found[1].atoms[text]) for key in found[1].terms for text, _ in key):
+        split = self.poly(node).split(self.loop.variable, self.depends)
+        if split is None or any(self.depends(split[1].atoms[text]) for key in split[1].terms for text, _ in key):
             return None
-        return found
+        return split
 
     def copies(self, part: CodeTree) -> CodeTree:
         """Return the object that a combinator copies: the part, or a function of the index."""
@@ -214,10 +214,10 @@ def _filtered(program: OpenProgram, node: CodeTree) -> bool:
     is_for = node.head != "union-loop" and len(node.operands) == 2 and node.operands[0].items is not None
     if not is_for and (loop is None or len(loop.body) != 1):
         return False
-    found = _test_for_nothing(node.operands[1] if is_for or loop is None else loop.body[0])
-    if found is None:
+    condition = _test_for_nothing(node.operands[1] if is_for or loop is None else loop.body[0])
+    if condition is None:
         return False
-    test, key, rest = found
+    test, key, rest = condition
     span = node.span
     if is_for or loop is None:
         clauses = listed([*(node.operands[0].items or []), keyword(key, span), test], span)
@@ -401,8 +401,8 @@ def _polar(body: _Body, node: CodeTree) -> tuple[str, Poly, Poly, CodeTree] | No
 def _radius(coordinate: CodeTree, body: _Body, value: Poly) -> CodeTree | None:
     """Return the radius as it is written in ``(* radius (cos angle))``."""
     operands = coordinate.operands if coordinate.head == "*" and len(coordinate.operands) == 2 else []
-    found = next((one for one in operands if body.poly(one).equals(value)), None)
-    return found if found is not None and not set(names(found)) & set(body.values) else None
+    radius = next((one for one in operands if body.poly(one).equals(value)), None)
+    return radius if radius is not None and not set(names(radius)) & set(body.values) else None
 
 
 def _is_axis(node: CodeTree, axis: int) -> bool:
@@ -430,10 +430,10 @@ def _index_loops(program: OpenProgram, node: CodeTree) -> bool:
     if loop is None or len(loop.body) < 2 or not {"floor/", "//", "%"} <= program.known:
         return False
     first = loop.body[0]
-    found = _divided(loop, first) or (_divided_apart(loop, *loop.body[:2]) if len(loop.body) > 2 else None)
-    if found is None:
+    division = _divided(loop, first) or (_divided_apart(loop, *loop.body[:2]) if len(loop.body) > 2 else None)
+    if division is None:
         return False
-    row, column, divisor, used = found
+    row, column, divisor, used = division
     rows = _quotient(loop.count, divisor)
     rest = loop.body[used:]
     if rows is None or any(loop.variable in names(statement) for statement in rest):
@@ -551,7 +551,7 @@ _ORDER = (1, 2, 0)  # a grid's loops from the outermost: y, z, x
 
 def _axes(body: _Body, vector: Sequence[CodeTree], counts: Sequence[tuple[str, CodeTree]]) -> _Axes | None:
     """Return the variable, count and spacing of each axis along which copies are centered."""
-    found: _Axes = {}
+    axes: _Axes = {}
     for axis, coordinate in enumerate(vector):
         used = [(name, count) for name, count in counts if _mentions(body, coordinate, name)]
         if not used:
@@ -562,9 +562,9 @@ def _axes(body: _Body, vector: Sequence[CodeTree], counts: Sequence[tuple[str, C
         spacing = _centered(body, coordinate, name, count)
         if spacing is None:
             return None
-        found[axis] = name, count, spacing
-    order = [found[axis][0] for axis in _ORDER if axis in found]
-    return found if order == [name for name, _ in counts] else None
+        axes[axis] = name, count, spacing
+    order = [axes[axis][0] for axis in _ORDER if axis in axes]
+    return axes if order == [name for name, _ in counts] else None
 
 
 def _mentions(body: _Body, node: CodeTree, name: str) -> bool:
@@ -639,18 +639,18 @@ _Box = tuple[str, int, CodeTree]  # side, axis and object
 
 
 def _box_variables(node: CodeTree, start: int) -> dict[str, _Box]:
-    found: dict[str, _Box] = {}
+    variables: dict[str, _Box] = {}
     for statement in (node.items or [])[start:]:
         operands = statement.operands
         if statement.head == "define" and len(operands) == 2 and operands[0].name is not None:
             box = _box(operands[1], {})
             if box is not None:
-                found[operands[0].name] = box
+                variables[operands[0].name] = box
         elif statement.head == "define-values" and len(operands) == 2 and operands[1].head in _SIDES:
             for axis, target in enumerate(operands[0].items or ()):
                 if target.name not in (None, "_"):
-                    found[str(target.name)] = _SIDES[operands[1].head or ""], axis, operands[1].operands[0]
-    return found
+                    variables[str(target.name)] = _SIDES[operands[1].head or ""], axis, operands[1].operands[0]
+    return variables
 
 
 def _box(node: CodeTree, boxes: dict[str, _Box]) -> _Box | None:
@@ -674,7 +674,7 @@ def _align(node: CodeTree, boxes: dict[str, _Box]) -> bool:
     if vector is None or part.name is None:
         return False
     target: CodeTree | None = None
-    found: list[tuple[str, str]] = []
+    aligned: list[tuple[str, str]] = []
     for axis, coordinate in enumerate(vector):
         if is_zero(coordinate):
             continue
@@ -686,9 +686,9 @@ def _align(node: CodeTree, boxes: dict[str, _Box]) -> bool:
         if target is not None and not same(target, to[2]):
             return False
         target = to[2]
-        found.append(("xyz"[axis], _ALIGNMENTS[to[0], of[0]]))
+        aligned.append(("xyz"[axis], _ALIGNMENTS[to[0], of[0]]))
     if target is None or target.name is None or target.name == part.name:
         return False
     span = node.span
-    keys = [key for axis, side in found for key in (keyword(axis, span), keyword(side, span))]
+    keys = [key for axis, side in aligned for key in (keyword(axis, span), keyword(side, span))]
     return accept(node, form("align", part, copied(target), *keys, span=span))

@@ -306,14 +306,14 @@ def _inline_definition(
         statements[-1] = value
         total.subtract({name: 2})
         return True
-    found = None
+    place = None
     for index in range(position + 1, len(statements)):
         if names(statements[index])[name]:
-            found = index, _use_of(statements[index], name)
+            place = index, _use_of(statements[index], name)
             break
-    if found is None or found[1] is None:
+    if place is None or place[1] is None:
         return False
-    index, use = found
+    index, use = place
     if use is None or not _is_better(program, definition, value, use):
         return False
     if _may_move(program, value, effects, statements[position + 1 : index], use):
@@ -494,7 +494,7 @@ def _texts(node: CodeTree) -> Iterator[str]:
             yield str(one.value)
 
 
-def _keep_comments(definition: CodeTree, following: CodeTree, only_section: bool = False) -> None:
+def _keep_comments(definition: CodeTree, following: CodeTree, *, only_section: bool = False) -> None:
     """Keep the comments above an empty line, which are about more than the definition that goes."""
     before = definition.trivia.before
     cut = max((i for i, row in enumerate(before) if row is None), default=-1)
@@ -676,27 +676,27 @@ def _hoist(program: OpenProgram, assigned: set[str], room: int) -> bool:
     if _is_called(program, word):
         return False
     taken = {name for top in program.forms for name in defined_names(top)} | program.language
-    found: list[CodeTree] = []
-    _take_defaults(function, taken | assigned, found, room)
+    params: list[CodeTree] = []
+    _take_defaults(function, taken | assigned, params, room)
     bound = Counter(name for one in code(function) for name in bound_names(one))
     taken |= assigned | {name for name, times in bound.items() if times != 1}
-    _take_definitions(function, taken, found)
-    _take_values(function, taken, found, room - len(found))
-    if not found:
+    _take_definitions(function, taken, params)
+    _take_values(function, taken, params, room - len(params))
+    if not params:
         return False
     assert function.items is not None
     function.items[2].trivia = replace(function.items[2].trivia, blank=False)
-    found[0].trivia = replace(found[0].trivia, blank=True)
+    params[0].trivia = replace(params[0].trivia, blank=True)
     position = next((k for k, top in enumerate(program.forms) if top.head not in ("import", "param", None)), 0)
     first = program.forms[position]
     header = first.trivia.before
     cut = max((k for k, row in enumerate(header) if row is None), default=-1)
     if position == 0 and header and cut >= 0:  # the program's own comment stays at the top
-        found[0].trivia = replace(found[0].trivia, before=(*header[: cut + 1], *found[0].trivia.before), blank=False)
+        params[0].trivia = replace(params[0].trivia, before=(*header[: cut + 1], *params[0].trivia.before), blank=False)
         first.trivia = replace(first.trivia, before=header[cut + 1 :], blank=True)
     else:
         first.trivia = replace(first.trivia, blank=True)
-    program.forms[position:position] = found
+    program.forms[position:position] = params
     return True
 
 
@@ -710,25 +710,25 @@ def _is_called(program: OpenProgram, word: str) -> bool:
     return False
 
 
-def _take_defaults(function: CodeTree, taken: set[str], found: list[CodeTree], room: int) -> None:
+def _take_defaults(function: CodeTree, taken: set[str], params: list[CodeTree], room: int) -> None:
     parameters = function.operands[0]
     used = {name for statement in function.operands[1:] for name in names(statement)}
     kept: list[CodeTree] = []
     for parameter in parameters.items or ():
         pair = parameter.items or []
         name = str(pair[0].value) if len(pair) == 2 and type(pair[0].value) is Keyword else None
-        if name is None or "::" in name or name in taken or not _is_size(pair[1]) or len(found) >= room:
+        if name is None or "::" in name or name in taken or not _is_size(pair[1]) or len(params) >= room:
             kept.append(parameter)
             continue
         if name not in used and not any(name in names(other) for other in parameters.items or ()):
             continue
-        found.append(form("param", symbol(name, parameter.span), pair[1], span=parameter.span))
-        found[-1].trivia = parameter.trivia
+        params.append(form("param", symbol(name, parameter.span), pair[1], span=parameter.span))
+        params[-1].trivia = parameter.trivia
     if parameters.items is not None:
         parameters.items[:] = kept
 
 
-def _take_definitions(function: CodeTree, taken: set[str], found: list[CodeTree]) -> None:
+def _take_definitions(function: CodeTree, taken: set[str], params: list[CodeTree]) -> None:
     assert function.items is not None
     uses = names(function)
     kept: list[CodeTree] = []
@@ -741,11 +741,11 @@ def _take_definitions(function: CodeTree, taken: set[str], found: list[CodeTree]
         assert statement.items is not None
         statement.items[0] = symbol("param", statement.span)
         statement.trivia = replace(statement.trivia, blank=False)
-        found.append(statement)
+        params.append(statement)
     function.items[2:] = kept
 
 
-def _take_values(function: CodeTree, taken: set[str], found: list[CodeTree], room: int) -> None:
+def _take_values(function: CodeTree, taken: set[str], declared: list[CodeTree], room: int) -> None:
     """Take definitions of several numbers at once, ``(define-values (a b) '(1 2))``."""
     assert function.items is not None
     kept: list[CodeTree] = []
@@ -765,5 +765,5 @@ def _take_values(function: CodeTree, taken: set[str], found: list[CodeTree], roo
         room -= growth
         params = [form("param", target, value, span=statement.span) for target, value in zip(targets, values)]
         params[0].trivia = replace(statement.trivia, blank=False)
-        found += params
+        declared += params
     function.items[2:] = kept

@@ -47,8 +47,8 @@ def find(program: OpenProgram, top: CodeTree) -> bool:
 
 # --- similar parts -------------------------------------------------------------------------------------------------
 
-_MIN_ROWS = 3
-_MAX_COLUMNS = 4
+_MIN_ROWS = 3  # similar forms that become a loop over a table
+_MAX_COLUMNS = 4  # of that table: variables of the loop
 _GAIN = 0.75  # a table must be this much shorter than the parts
 
 
@@ -319,15 +319,15 @@ def _formulas(program: OpenProgram, node: CodeTree) -> bool:
     body = copied(table.body, comments=True)
     columns = dict(table.columns)
     _split_vectors(body, columns)
-    found = _fitted(body, columns, index, table.count)
+    formulas = _fitted(body, columns, index, table.count)
     span = node.span
-    for name in _placed_names(table.body) & table.columns.keys() - found.keys():
+    for name in _placed_names(table.body) & table.columns.keys() - formulas.keys():
         for cell in table.columns[name]:
             shorten_number(cell)
-    if not found:
+    if not formulas:
         return False
-    rest = {name: cells for name, cells in columns.items() if name not in found}
-    body = _with_values(body, found)
+    rest = {name: cells for name, cells in columns.items() if name not in formulas}
+    body = _with_values(body, formulas)
     counter = listed([symbol(index, span), atom(table.count, span)], span)
     clauses = [counter, *_remaining(rest, span)]
     new = form("for/union", listed(clauses, span), body, span=span)
@@ -369,7 +369,7 @@ def _split_vectors(body: CodeTree, columns: dict[str, list[CodeTree]]) -> None:
 
 def _fitted(body: CodeTree, columns: dict[str, list[CodeTree]], index: str, count: int) -> dict[str, CodeTree]:
     """Return expressions of the index for the columns that have one."""
-    found: dict[str, CodeTree] = {}
+    formulas: dict[str, CodeTree] = {}
     numbers = {
         name: [cell.value for cell in cells]
         for name, cells in columns.items()
@@ -377,18 +377,19 @@ def _fitted(body: CodeTree, columns: dict[str, list[CodeTree]], index: str, coun
     }
     placed = _placed_names(body)
     for name, values in numbers.items():
-        formula = _line_through(values, index, body.span, name in placed)
+        formula = _line_through(values, index, body.span, is_rounded=name in placed)
         if formula is not None:
-            found[name] = formula
+            formulas[name] = formula
     for one in code(body):
         vector = vector_of(one)
         pair = (vector[0].name, vector[2].name) if vector is not None else (None, None)
-        if pair[0] in numbers and pair[1] in numbers and not {pair[0], pair[1]} & found.keys() and pair[0] != pair[1]:
+        are_free = pair[0] in numbers and pair[1] in numbers and not {*pair} & formulas.keys()
+        if are_free and pair[0] != pair[1]:
             x, z = str(pair[0]), str(pair[1])
             if x in placed and z in placed:
                 circle = _circle_through(numbers[x], numbers[z], index, count, body.span)
-                found |= dict(zip((x, z), circle)) if circle is not None else {}
-    return found
+                formulas |= dict(zip((x, z), circle)) if circle is not None else {}
+    return formulas
 
 
 def _placed_names(body: CodeTree) -> set[str]:
@@ -403,7 +404,7 @@ def _placed_names(body: CodeTree) -> set[str]:
     return {name for name, times in inside.items() if total[name] == times}
 
 
-def _line_through(values: Sequence[float], index: str, span: Span, is_rounded: bool) -> CodeTree | None:
+def _line_through(values: Sequence[float], index: str, span: Span, *, is_rounded: bool) -> CodeTree | None:
     """Return ``start + step * index`` for numbers that it gives: exactly, or up to rounding."""
     count, start = len(values), values[0]
     step = (values[-1] - start) / (count - 1)

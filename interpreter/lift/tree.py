@@ -90,13 +90,13 @@ def joined(outer: Trivia, inner: Trivia) -> Trivia:
 
 def comments_of(node: CodeTree) -> tuple[Row, ...]:
     """Return all comments in and around a node, as lines of their own."""
-    found: list[Row] = []
+    comments: list[Row] = []
     for inner in walk(node):
         own = inner.trivia
         if own is not NO_COMMENTS:
             rows = (*own.before, own.lead.strip(), own.opening, own.after, own.closing, own.trail.strip(), *own.end)
-            found += [row for row in rows if row]
-    return tuple(found)
+            comments += [row for row in rows if row]
+    return tuple(comments)
 
 
 # Construction.
@@ -167,9 +167,9 @@ def node_of(datum: Datum, trivia: Mapping[int, Trivia], spelling: Mapping[int, s
         node.is_array = isinstance(datum, ArrayDatum)
         if isinstance(datum, ListDatum) and datum.tail is not None:
             node.tail = node_of(datum.tail, trivia, spelling)
-    found = trivia.get(id(datum))
-    if found is not None:
-        node.trivia = found
+    own = trivia.get(id(datum))
+    if own is not None:
+        node.trivia = own
     return node
 
 
@@ -288,8 +288,8 @@ def size(node: CodeTree) -> int:
 
 def names(node: CodeTree) -> Counter[str]:
     """Return how often each symbol occurs outside quoted data."""
-    found: list[str] = [one.value for one in code(node) if type(one.value) is Symbol]
-    return Counter(found)  # a Symbol hashes and compares like its name
+    symbols: list[str] = [one.value for one in code(node) if type(one.value) is Symbol]
+    return Counter(symbols)  # a Symbol hashes and compares like its name
 
 
 def same(a: CodeTree, b: CodeTree) -> bool:
@@ -396,14 +396,14 @@ def body_start(node: CodeTree) -> int | None:
 
 def bodies(node: CodeTree) -> Iterator[tuple[CodeTree, int]]:
     """Iterate over all forms with a body, inner ones first, and where it starts. Clauses of ``cond`` count as forms."""
-    found: list[tuple[CodeTree, int]] = []
+    placed: list[tuple[CodeTree, int]] = []
     for one in code(node):
         start = body_start(one)
         if start is not None:
-            found.append((one, start))
+            placed.append((one, start))
         if one.head == "cond":
-            found += [(clause, 1) for clause in one.operands if clause.items and len(clause.items) > 1]
-    return reversed(found)
+            placed += [(clause, 1) for clause in one.operands if clause.items and len(clause.items) > 1]
+    return reversed(placed)
 
 
 # SideEffects.
@@ -720,8 +720,8 @@ def poly(node: CodeTree, values: Mapping[str, CodeTree], rebound: frozenset[str]
     rebound
         Names that the program defines although the language does: they are not arithmetic.
     """
-    found = _poly(node, values, rebound, 30)
-    return found if len(found.terms) <= _MAX_TERMS else Poly.factor(node)
+    polynomial = _poly(node, values, rebound, 30)
+    return polynomial if len(polynomial.terms) <= _MAX_TERMS else Poly.factor(node)
 
 
 def _poly(node: CodeTree, values: Mapping[str, CodeTree], rebound: frozenset[str], depth: int) -> Poly:
@@ -782,7 +782,7 @@ def _term(value: Poly, key: Monomial, number: float, like: CodeTree) -> tuple[Co
     above = [copied(value.atoms[text]) for text, power in key for _ in range(power)]
     below = [copied(value.atoms[text]) for text, power in key for _ in range(-power)]
     scale = abs(number)
-    over, under = _fraction(scale, bool(above))
+    over, under = _fraction(scale, is_factor=bool(above))
     if not math.isclose(over / under, scale, rel_tol=1e-15):
         return None
     if over != 1 or not above:
@@ -795,7 +795,7 @@ def _term(value: Poly, key: Monomial, number: float, like: CodeTree) -> tuple[Co
     return node, number < 0
 
 
-def _fraction(scale: float, is_factor: bool) -> tuple[float | int, int]:
+def _fraction(scale: float, *, is_factor: bool) -> tuple[float | int, int]:
     """Return a number as a short decimal, or as a quotient by a small integer."""
     if scale == round(scale):
         return round(scale), 1

@@ -30,7 +30,7 @@ from scenelang.interpreter.scene.declarations import (
 from scenelang.interpreter.values.values import Embedding, list_items
 
 _MAX_NUMBER = 1e100  # its square, which the geometry computes, is a float
-_MAX_MESSAGE_CHARACTERS = 1000
+_MAX_MESSAGE_CHARACTERS = 1000  # of a declaration's own message, which is cut
 _LENGTHS = ("within", "min", "max")
 # Options that may be several axes, and how many.
 _SEVERAL_AXES = {
@@ -40,7 +40,7 @@ _SEVERAL_AXES = {
 # Options that may be a direction such as "+x".
 _SIGNED = frozenset({("moves", "along"), ("turns", "axis"), ("rising", "along"), ("rows", "along")})
 _TERMS = {OUTLINE: OUTLINES, PATH: PATHS}
-_MAX_MATERIAL_CHARACTERS = 100
+_MAX_MATERIAL_CHARACTERS = 100  # of a material's name, which is cut
 
 
 def declared(name: str, operands: Sequence[Any], options: Mapping[str, Any], span: Span | None) -> Declaration:

@@ -506,7 +506,7 @@ _HUES = ((15, "red"), (46, "orange"), (75, "yellow"), (165, "green"), (200, "cya
          (345, "pink"), (360, "red"))  # fmt: skip
 COLORS = ("black", "white", "gray", "red", "orange", "brown", "yellow", "green", "cyan", "blue", "purple", "pink")
 _MAX_BLACK_VALUE, _MAX_BLACK_GRAY_VALUE, _MIN_WHITE_VALUE = 0.2, 0.36, 0.85  # the second one of pale colors
-_MAX_PALE_SATURATION = 0.15
+_MAX_PALE_SATURATION = 0.15  # of white, grays and black; more saturated colors have a hue
 _MAX_BROWN_VALUE, _MAX_BROWN_SATURATION = 0.72, 0.45  # a dark or a dull orange is brown
 _MAX_RED_BROWN_VALUE, _MAX_RED_BROWN_SATURATION = 0.7, 0.78  # "brown" of CSS is a dark, dull red; "firebrick" is red
 _MAX_OLIVE_VALUE = 0.6  # a dark yellow is green

@@ -340,7 +340,7 @@ class Level:
 
 
 def _children(
-    graph: Graph, level: Level, paths: Paths, has_handle: npt.NDArray[np.bool_], products: _Products, in_pieces: bool
+    graph: Graph, level: Level, paths: Paths, has_handle: npt.NDArray[np.bool_], products: _Products, *, in_pieces: bool
 ) -> Iterator[Level]:
     """Yield the level below, the children of all instances that have primitives below them, whole or in pieces.
 
@@ -429,7 +429,7 @@ def levels(
             if not in_pieces or sum(len(piece.node) for piece in waiting[depth]) < _PIECE:
                 continue
         above = _joined(waiting.pop(depth))
-        opened.append((depth + 1, _children(graph, above, paths, has_handle, products, in_pieces)))
+        opened.append((depth + 1, _children(graph, above, paths, has_handle, products, in_pieces=in_pieces)))
 
 
 def _joined(pieces: Sequence[Level]) -> Level:

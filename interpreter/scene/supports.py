@@ -80,13 +80,13 @@ class Supports:
         return best
 
     def _parts_of(self, entity: Entity) -> _Parts:
-        """Return the seen parts of an entity, prepared once."""
-        found = self._parts.get(id(entity))
-        if found is None:
+        """Return the children of an entity that count, as arrays for bounds, which are kept for the next direction."""
+        parts = self._parts.get(id(entity))
+        if parts is None:
             pairs = [part for part in entity.children if id(part.car) in self._seen]
             poses = np.fromiter(chain.from_iterable(part.cdr for part in pairs), np.float64, 12 * len(pairs))
-            found = self._parts[id(entity)] = _Parts([part.car for part in pairs], poses.reshape(-1, 3, 4))
-        return found
+            parts = self._parts[id(entity)] = _Parts([part.car for part in pairs], poses.reshape(-1, 3, 4))
+        return parts
 
 
 class _Parts:

@@ -48,9 +48,11 @@ from scenelang.interpreter.transpile.writing.writer import Analysed, Writer
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
 
-_MAX_ROUNDS = 3
+_MAX_FOLDINGS = 3  # evaluations of the parts with errors: what remains may have errors in other parts
 _MISTAKES = ("python-name", "python-call")  # these errors say more than where the evaluation ends
-_MAX_PROSE = 1200  # characters of the response's text that become comments
+# Characters of a response before the code, and after it, that become comments: models append whole essays, and users
+# want the program.
+_MAX_PROSE = 1200
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,8 +82,8 @@ class Translation:
 
     def with_diagnostics(self, diagnostics: tuple[Diagnostic, ...]) -> Translation:
         """Return the translation with the diagnostics of the checker, without a program if one of them is an error."""
-        found = replace(self, diagnostics=diagnostics)
-        return found if found.ok else Translation((), "", diagnostics)
+        translation = replace(self, diagnostics=diagnostics)
+        return translation if translation.ok else Translation((), "", diagnostics)
 
     @property
     def ok(self) -> bool:
@@ -109,28 +111,28 @@ def translate(source: Source, with_text: bool = True, finish: Finish | None = No
         message = f"{which} of the response {'are' if number > 1 else 'is'} ignored"
         text.diagnostics.append(Diagnostic("ignored-block", message, span))
     analysed = analyse(text)
-    translation = _translation(text, analysed, with_text, finish)
+    translation = _translation(text, analysed, finish, with_text=with_text)
     if translation.ok or any(d.is_error for d in text.diagnostics):
         return translation if analysed.text.tree is text.tree else replace(translation, way="rewritten")
     from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
 
     in_place = _with_generators_in_place(text, translation.diagnostics)
     if in_place is not None:
-        second = _translation(in_place, analyse(in_place), with_text, finish)
+        second = _translation(in_place, analyse(in_place), finish, with_text=with_text)
         if second.ok:
             return replace(second, way="rewritten")
         if analysed.root is not None:
-            found = [d for d in second.diagnostics if d.is_error]
-            with_tables = _with_tables(in_place, analysed.root.name, found, StepBudget(), with_text, finish)
+            errors = [d for d in second.diagnostics if d.is_error]
+            with_tables = _with_tables(in_place, analysed.root.name, errors, StepBudget(), finish, with_text=with_text)
             if with_tables is not None:
                 return with_tables
-    return _with_evaluated_parts(text, analysed, translation, translation.diagnostics, with_text, finish)
+    return _with_evaluated_parts(text, analysed, translation, translation.diagnostics, finish, with_text=with_text)
 
 
 def obstacles(source: Source) -> list[Diagnostic]:
     """Return what keeps a program from being translated without any evaluation."""
     text = parse_python(source)
-    return [d for d in _translation(text, analyse(text), False, None).diagnostics if d.is_error]
+    return [d for d in _translation(text, analyse(text), None, with_text=False).diagnostics if d.is_error]
 
 
 def _with_generators_in_place(text: PythonText, diagnostics: Sequence[Diagnostic]) -> PythonText | None:
@@ -154,45 +156,48 @@ def with_evaluated_parts(
     """
     text = parse_python(source)
     analysed = analyse(text)
-    found = [*_translation(text, analysed, False, None).diagnostics, *errors]
+    diagnostics = [*_translation(text, analysed, None, with_text=False).diagnostics, *errors]
     if translation.way != "tabulated" and analysed.root is not None:
         from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
 
-        known = [d for d in found if d.is_error]
-        with_tables = _with_tables(text, analysed.root.name, known, StepBudget(), with_text, finish)
+        known = [d for d in diagnostics if d.is_error]
+        with_tables = _with_tables(text, analysed.root.name, known, StepBudget(), finish, with_text=with_text)
         if with_tables is not None:
             return with_tables
-    return _with_evaluated_parts(text, analysed, translation, found, with_text, finish, ("unrolled", "drawn"))
+    return _with_evaluated_parts(
+        text, analysed, translation, diagnostics, finish, ("unrolled", "drawn"), with_text=with_text
+    )
 
 
 def _with_evaluated_parts(
     text: PythonText,
     analysed: Analysed,
     translation: Translation,
-    found: Sequence[Diagnostic],
-    with_text: bool,
+    diagnostics: Sequence[Diagnostic],
     finish: Finish | None,
     ways: Sequence[str] = ("loops", "unrolled", "drawn"),
+    *,
+    with_text: bool,
 ) -> Translation:
     from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
     from scenelang.interpreter.transpile.evaluation.folding import fold
 
     budget = StepBudget()
     root = analysed.root.name if analysed.root is not None else None
-    errors = [d for d in found if d.is_error]
+    errors = [d for d in diagnostics if d.is_error]
     if "loops" in ways:  # else a run of the translation has failed
-        with_tables = _with_tables(text, root, errors, budget, with_text, finish)
+        with_tables = _with_tables(text, root, errors, budget, finish, with_text=with_text)
         if with_tables is not None:
             return with_tables
-    for _ in range(_MAX_ROUNDS):  # what remains may have errors in other parts
+    for _ in range(_MAX_FOLDINGS):
         more: list[Diagnostic] = []
         for way in ways:
             remaining = fold(text, root, errors, way, budget)
             if isinstance(remaining.text, Diagnostic) and way == ways[0]:
-                return _refused(remaining.text, found, translation)
+                return _refused(remaining.text, diagnostics, translation)
             for folded in (remaining.with_originals, remaining.text):
                 if isinstance(folded, PythonText):
-                    second = _translation(folded, analyse(folded), with_text, finish)
+                    second = _translation(folded, analyse(folded), finish, with_text=with_text)
                     if second.ok:
                         return replace(second, way="evaluated")
                     if way == ways[0] and folded is remaining.text:
@@ -208,8 +213,9 @@ def _with_tables(
     root: str | None,
     errors: Sequence[Diagnostic],
     budget: StepBudget,
-    with_text: bool,
     finish: Finish | None,
+    *,
+    with_text: bool,
 ) -> Translation | None:
     """Return the program in which data is computed that the translation does not know how to; None if that fails."""
     from scenelang.interpreter.transpile.evaluation.tabulation import tabulated
@@ -219,7 +225,7 @@ def _with_tables(
         folded = tabulated(text, root, known, budget)
         if folded is None:
             return None
-        second = _translation(folded, analyse(folded), with_text, finish)
+        second = _translation(folded, analyse(folded), finish, with_text=with_text)
         if second.ok:
             return replace(second, way="tabulated")
         seen = {(each.name, each.span) for each in known}
@@ -230,7 +236,7 @@ def _with_tables(
     return None
 
 
-def _refused(folded: Diagnostic, found: Sequence[Diagnostic], translation: Translation) -> Translation:
+def _refused(folded: Diagnostic, diagnostics: Sequence[Diagnostic], translation: Translation) -> Translation:
     """Return the errors of a program that can neither be translated nor evaluated: where its evaluation ends, and why.
 
     What the translation takes for a mistake may follow from what it does not support, as the methods of a class of
@@ -239,7 +245,7 @@ def _refused(folded: Diagnostic, found: Sequence[Diagnostic], translation: Trans
     without an exception refutes none. What is forbidden is forbidden wherever it stands.
     """
     place = folded.span
-    errors = tuple(d for d in found if d.is_error)
+    errors = tuple(d for d in diagnostics if d.is_error)
     if folded.name == "python-forbidden":
         return Translation((), "", tuple(d for d in errors if d.name == folded.name) or (folded,))
     mistakes = tuple(d for d in errors if d.name in _MISTAKES)
@@ -250,7 +256,7 @@ def _refused(folded: Diagnostic, found: Sequence[Diagnostic], translation: Trans
     return Translation((), "", confirmed if confirmed and folded.name == "python-exception" else (folded,))
 
 
-def _translation(text: PythonText, analysed: Analysed, with_text: bool, finish: Finish | None) -> Translation:
+def _translation(text: PythonText, analysed: Analysed, finish: Finish | None, *, with_text: bool) -> Translation:
     source = text.source
     writer = Writer(analysed, write_expression, write_statement)
     header = header_texts(writer)
@@ -263,9 +269,9 @@ def _translation(text: PythonText, analysed: Analysed, with_text: bool, finish: 
         hint = "decorate the function of the scene with `@register()`"
         diagnostics.append(Diagnostic("no-root", "the Python code registers no function", span, hint))
     if any(d.is_error for d in diagnostics):
-        partial = _generate(text, writer, forms, header, diagnostics, False, None)
+        partial = _generate(text, writer, forms, header, diagnostics, None, with_text=False)
         return Translation((), "", tuple(diagnostics), partial.forms)
-    return _generate(text, writer, forms, header, diagnostics, with_text, finish)
+    return _generate(text, writer, forms, header, diagnostics, finish, with_text=with_text)
 
 
 def analyse(text: PythonText) -> Analysed:
@@ -307,8 +313,8 @@ def _instances(analysed: Analysed, node: ast.expr) -> list[Class]:
         c.variable is analysed.names.variables.get(node) for c in analysed.names.classes.values()
     ):
         return []
-    found = analysed.facts.type(node)
-    return found.classes if not found.kinds & ~(RECORD | NONE | UNKNOWN) else []
+    inferred = analysed.facts.type(node)
+    return inferred.classes if not inferred.kinds & ~(RECORD | NONE | UNKNOWN) else []
 
 
 def _kinds(analysed: Analysed, node: ast.expr) -> int:
@@ -374,7 +380,7 @@ def _analyse_calls(names: PythonNames, facts: TypeFacts) -> set[str]:
             if not is_library:
                 target.is_called_directly = True
             has_table = any(k.arg is None for k in call.keywords)
-            _mark_keyword_parameters(target, named, has_table)
+            _mark_keyword_parameters(target, named, has_table=has_table)
             if has_table:
                 spread |= {p.variable.name for p in target.parameters}
     _analyse_constructors(names, facts)
@@ -395,10 +401,10 @@ def _analyse_constructors(names: PythonNames, facts: TypeFacts) -> None:
             for record in facts.type(call.func).classes:
                 constructor = record.methods.get("__init__")
                 if constructor is not None and named:
-                    _mark_keyword_parameters(constructor, named, False)
+                    _mark_keyword_parameters(constructor, named, has_table=False)
 
 
-def _mark_keyword_parameters(target: Function, named: set[str], has_table: bool) -> None:
+def _mark_keyword_parameters(target: Function, named: set[str], *, has_table: bool) -> None:
     for parameter in target.parameters:
         if parameter.kind == "plain" and (parameter.variable.name in named or has_table):
             parameter.variable.is_keyword = True
@@ -406,7 +412,7 @@ def _mark_keyword_parameters(target: Function, named: set[str], has_table: bool)
 
 def _generate(
     text: PythonText, writer: Writer, forms: list[Code], texts: list[str], diagnostics: list[Diagnostic],
-    with_text: bool, finish: Finish | None,
+    finish: Finish | None, *, with_text: bool,
 ) -> Translation:  # fmt: skip
     """Choose names, and create the datums and the text of the program."""
     namer = Namer(forms, writer.analysed.spread)

@@ -83,7 +83,7 @@ class Limits:
             raise SceneError("value", f"`depth`: expected a limit of at most {MAX_DEPTH:,}, got {self.depth:,}")
 
 
-_PAGE_BYTES = 4096
+_MEMORY_PAGE_BYTES = 4096  # in which `/proc/self/statm` counts
 
 
 def resident_bytes() -> int:
@@ -93,7 +93,7 @@ def resident_bytes() -> int:
     """
     try:
         with open("/proc/self/statm", "rb") as statm:
-            return int(statm.read().split()[1]) * _PAGE_BYTES
+            return int(statm.read().split()[1]) * _MEMORY_PAGE_BYTES
     except OSError:
         return _peak_bytes()
 

@@ -359,7 +359,11 @@ def _array_items(value: Any) -> tuple[tuple[int, ...], list[Any]]:
 
 
 def _same_kind(reader: KeyReader, a: Any, b: Any, stack: list[tuple[Any, Any]], *, typed: bool) -> bool:
-    """Return whether two values of one kind are equal, apart from the pairs of parts that are pushed onto ``stack``."""
+    """Return whether two values of one kind are equal, apart from the pairs of parts that are pushed onto ``stack``.
+
+    Parts that Python compares at once cost less than a step each: a step is charged for 1,024 characters, 32 numbers,
+    or 8 entries.
+    """
     kind = type(a)
     if kind in (int, float, bool):
         return bool(a == b)
@@ -372,19 +376,20 @@ def _same_kind(reader: KeyReader, a: Any, b: Any, stack: list[tuple[Any, Any]], 
         (shape_a, items_a), (shape_b, items_b) = _array_items(a), _array_items(b)
         same_types = not typed or [type(x) for x in items_a] == [type(x) for x in items_b]
         return shape_a == shape_b and items_a == items_b and same_types
-    if kind is Embedding or kind is Table or kind is Set:
-        reader.charge(len(a.attributes if kind is Embedding else a.entries) >> 3)
     if kind is Embedding:
+        reader.charge(len(a.attributes) >> 3)
         if (a.handle, a.text, set(a.attributes)) != (b.handle, b.text, set(b.attributes)):
             return False
         stack.extend((a.attributes[name], b.attributes[name]) for name in a.attributes)
         return True
     if kind is Table:
+        reader.charge(len(a.entries) >> 3)
         if a.entries.keys() != b.entries.keys():
             return False
         stack.extend((a.entries[key][1], b.entries[key][1]) for key in a.entries)
         return True
     if kind is Set:
+        reader.charge(len(a.entries) >> 3)
         return bool(a.entries.keys() == b.entries.keys())
     if kind is Record:
         stack.extend(zip(a.values, b.values))

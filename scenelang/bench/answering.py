@@ -97,7 +97,7 @@ class Recorder:
         self._lock = Lock()
 
     def __call__(self, asked: BenchRequest) -> TimedAnswer:
-        found = self._source(asked)
+        answer = self._source(asked)
         data = {
             "task": asked.task,
             "mode": asked.mode,
@@ -105,13 +105,13 @@ class Recorder:
             "number": asked.number,
             "purpose": asked.purpose,
             "digest": asked.digest,
-            "reply": reply_data(found.answer.reply),
-            "cost": found.answer.cost,
-            "seconds": round(found.seconds, 3),
+            "reply": reply_data(answer.answer.reply),
+            "cost": answer.answer.cost,
+            "seconds": round(answer.seconds, 3),
         }
         with self._lock, self._file.open("a", encoding="utf-8") as file:
             file.write(json.dumps(data, ensure_ascii=False) + "\n")
-        return found
+        return answer
 
 
 class Replay:
@@ -149,17 +149,17 @@ class Replay:
 
     def __call__(self, asked: BenchRequest) -> TimedAnswer:
         here = asked.task, asked.mode
-        found = self._by_digest.get((*here, asked.number, asked.digest)) or self._by_digest.get((*here, asked.digest))
-        if found is None and self._any_prompt and (found := self._by_place.get(asked.place)) is not None:
+        answer = self._by_digest.get((*here, asked.number, asked.digest)) or self._by_digest.get((*here, asked.digest))
+        if answer is None and self._any_prompt and (answer := self._by_place.get(asked.place)) is not None:
             self.outdated += 1
-        if found is None:
+        if answer is None:
             self.missing += 1
             known = asked.place in self._by_place
             hint = "its answer is to another wording; replay it with --any-prompt" if known else None
             what = f"request {asked.number} of `{asked.task}` in mode {asked.mode}"
             raise SceneError("model-answer", f"the recording has no answer to {what}", hint)
         self.found += 1
-        return found
+        return answer
 
 
 class MutationModel:
@@ -194,10 +194,10 @@ class MutationModel:
 
 def recording_of(path: Path) -> Path:
     """Return the recording that a path means: the file, or that of a run's folder. Raises SceneError."""
-    found = path / RECORDING if path.is_dir() else path
-    if not found.is_file():
+    file = path / RECORDING if path.is_dir() else path
+    if not file.is_file():
         raise SceneError("file", f"no recorded answers in {path}", f"give a run, or a file such as {RECORDING}")
-    return found
+    return file
 
 
 def _recorded(path: Path) -> Iterator[tuple[tuple[str, str, int, int], str, TimedAnswer]]:

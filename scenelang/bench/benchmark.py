@@ -28,7 +28,17 @@ from scenelang.bench.results import (
     save_contact_sheet,
 )
 from scenelang.bench.tasks import BenchTask, load_tasks
-from scenelang.bench.trials import MODES, BenchMode, BenchRun, BenchSettings, Trial, applicable, planned, run_trials
+from scenelang.bench.trials import (
+    MODES,
+    BenchMode,
+    BenchRun,
+    BenchSettings,
+    Planned,
+    Trial,
+    applicable,
+    planned,
+    run_trials,
+)
 from scenelang.grammar.diagnostics import SceneError, UsageError, usage_errors
 from scenelang.grammar.settings import typed
 from scenelang.inference.brief import Notation
@@ -161,12 +171,7 @@ def benchmark(
     samples = recording.samples if recording is not None and settings.samples == 1 else settings.samples
     asked = BenchSettings(chosen_modes, samples, settings.repairs, simulates, settings.prompt_dir)
     asked.check()
-    plan = planned(chosen, asked)
-    if recording is not None and not tasks and not groups:
-        answered = {mode: set(recording.tasks(mode)) for mode in asked.modes}
-        plan = [each for each in plan if each[0].name in answered[each[1].name]]
-    if not plan:
-        raise UsageError("value", "no task to run in these modes")
+    plan = _plan(chosen, asked, None if tasks or groups else recording)
     run = BenchRun(Path(output))
     model_of_mistakes = MutationModel(chosen, mutations) if mutations is not None else None
     answerer, speaker, model = _source(recording or model_of_mistakes, settings, asked)
@@ -177,11 +182,29 @@ def benchmark(
     side_by_side = settings.side_by_side if recording is None and mutations is None else 1
     trials = run_trials(run, plan, asked, speaker, answerer, side_by_side, progress)
     used = [task for task in chosen if task.name in named]
-    outdated, missing = (recording.outdated, recording.missing) if recording is not None else (0, 0)
-    if recording is not None and missing and not recording.found:
-        hint = "the prompts are other ones than when it was made: replay it with --any-prompt"
-        raise SceneError("run", f"none of {missing} requests has an answer in the recording", hint)
+    outdated, missing = _unanswered(recording)
     return BenchReport(run.folder, tuple(results_of(trials, used)), tuple(trials), outdated, missing)
+
+
+def _plan(chosen: Sequence[BenchTask], asked: BenchSettings, recording: Replay | None) -> list[Planned]:
+    """Return the trials to run, of a recording only those that it answers; raises UsageError if there are none."""
+    plan = planned(chosen, asked)
+    if recording is not None:
+        answered = {mode: set(recording.tasks(mode)) for mode in asked.modes}
+        plan = [each for each in plan if each[0].name in answered[each[1].name]]
+    if not plan:
+        raise UsageError("value", "no task to run in these modes")
+    return plan
+
+
+def _unanswered(recording: Replay | None) -> tuple[int, int]:
+    """Return how many answers are to another wording, and how many requests have none; raises SceneError if all."""
+    if recording is None:
+        return 0, 0
+    if recording.missing and not recording.found:
+        hint = "the prompts are other ones than when it was made: replay it with --any-prompt"
+        raise SceneError("run", f"none of {recording.missing} requests has an answer in the recording", hint)
+    return recording.outdated, recording.missing
 
 
 def _default_modes(recording: Replay | None, mutations: int | None) -> tuple[str, ...]:

@@ -68,7 +68,7 @@ class MistakeKind:
 KINDS: dict[str, MistakeKind] = {}
 
 
-def _kind(name: str, family: str, tuned: bool, evidence: str = "outcome") -> Callable[[Planter], Planter]:
+def _kind(name: str, family: str, evidence: str = "outcome", *, tuned: bool) -> Callable[[Planter], Planter]:
     """Register a kind; its documentation is that of the function."""
 
     def register(plant: Planter) -> Planter:
@@ -93,7 +93,7 @@ class Text:
     @cached_property
     def nodes(self) -> Sequence[tuple[Datum, Datum | None, int]]:
         """Every datum that is no quoted data, with its parent and its position in it, in the order of the text."""
-        found: list[tuple[Datum, Datum | None, int]] = []
+        nodes: list[tuple[Datum, Datum | None, int]] = []
         forms = read(Source("<program>", self.text)).forms
         stack: list[tuple[Datum, Datum | None, int]] = []
         stack += [(form, None, i) for i, form in enumerate(forms)][::-1]
@@ -101,9 +101,9 @@ class Text:
             node, parent, place = stack.pop()
             if isinstance(node, ListDatum) and self.text[node.span.start] != "(":
                 continue  # quoted
-            found.append((node, parent, place))
+            nodes.append((node, parent, place))
             stack += [(child, node, i) for i, child in enumerate(subdatums(node))][::-1]
-        return found
+        return nodes
 
     @cached_property
     def lists(self) -> Sequence[ListDatum]:
@@ -133,14 +133,14 @@ class Text:
     @cached_property
     def _binders(self) -> frozenset[int]:
         """Ids of parameter lists, and of the bindings and clauses that name a variable."""
-        found: set[int] = set()
+        binders: set[int] = set()
         for form in self.lists:
             head, items = head_of(form), form.items
             if head in ("lambda", "define") and len(items) > 1:
-                found |= {id(items[1]), *map(id, subdatums(items[1]))}
+                binders |= {id(items[1]), *map(id, subdatums(items[1]))}
             elif head is not None and (head.startswith(("let", "for"))) and len(items) > 1:
-                found |= {id(clause) for clause in subdatums(items[1]) if isinstance(clause, ListDatum)}
-        return frozenset(found)
+                binders |= {id(clause) for clause in subdatums(items[1]) if isinstance(clause, ListDatum)}
+        return frozenset(binders)
 
     def calls(self, *heads: str) -> Iterator[ListDatum]:
         """Forms with one of these heads."""
@@ -178,8 +178,8 @@ def _numbers(datum: Datum | None) -> list[float] | None:
     """The numbers of an array of literals, or None."""
     if not isinstance(datum, ArrayDatum):
         return None
-    found = [_number(item) for item in datum.items]
-    return [x for x in found if x is not None] if None not in found else None
+    numbers = [_number(item) for item in datum.items]
+    return [x for x in numbers if x is not None] if None not in numbers else None
 
 
 def _replace(datum: Datum, text: str) -> TextChange:
@@ -593,18 +593,19 @@ def _loop_counts(text: Text) -> Iterator[tuple[Atom, ListDatum]]:
     for form in text.lists:
         head, items = head_of(form), form.items
         if head in ("union-loop", "ring", "scatter") and len(items) > 1:
-            found = [items[1]]
+            counts = [items[1]]
         elif head is not None and head.startswith("for") and len(items) > 1 and isinstance(items[1], ListDatum):
-            found = [
+            sources = [
                 clause.items[1] for clause in items[1].items if isinstance(clause, ListDatum) and len(clause.items) == 2
             ]
-            found = [
-                each.items[1] if head_of(each) in ("iota", "range") and len(each.items) == 2 else each for each in found
+            counts = [
+                each.items[1] if head_of(each) in ("iota", "range") and len(each.items) == 2 else each
+                for each in sources
             ]
         else:
             continue
         yield from (
-            (each, form) for each in found if isinstance(each, Atom) and type(each.value) is int and each.value > 0
+            (each, form) for each in counts if isinstance(each, Atom) and type(each.value) is int and each.value > 0
         )
 
 

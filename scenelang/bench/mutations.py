@@ -210,20 +210,20 @@ def _is_equal_value(a: Any, b: Any) -> bool:
 
 
 @cache
-def _outcome(text: str, geometry: bool) -> _Outcome:
+def _outcome(text: str, *, geometry: bool) -> _Outcome:
     result = _session().evaluate(Source(_NAME, text))
     if result.scene is None:
         return _Outcome(None, Counter())
-    found = linted(result, *_lints(geometry))
-    if any(d.is_error for d in found):
+    diagnostics = linted(result, *_lints(geometry=geometry))
+    if any(d.is_error for d in diagnostics):
         return _Outcome(None, Counter())
     try:
-        return _Outcome(_layout(result.scene), Counter(d.name for d in found))
+        return _Outcome(_layout(result.scene), Counter(d.name for d in diagnostics))
     except SceneError:
         return _Outcome(None, Counter())
 
 
-def _lints(geometry: bool) -> Iterator[Any]:
+def _lints(*, geometry: bool) -> Iterator[Any]:
     from scenelang.backends.geometry.lint import check_geometry
     from scenelang.backends.geometry.relations import check_declarations
 
@@ -254,7 +254,7 @@ def mutated(program: str, seed: int, count: int = 1, kinds: Sequence[str] | None
     Mutated or None
         None if the program has no place for a mistake of the first kind, or makes no scene.
     """
-    sound = _outcome(program, False).layout
+    sound = _outcome(program, geometry=False).layout
     if sound is None:
         return None
     pick = Random(f"{seed}:{hashlib.sha256(program.encode()).hexdigest()}")
@@ -297,7 +297,7 @@ def _makes_mistake(program: str, kind: MistakeKind, change: TextChange) -> bool:
     A part that was moved must be farther away than one that counts as repaired.
     """
     made = _applied(program, [(kind.name, change)])
-    before, after = _outcome(made.sound, False), _outcome(made.text, False)
+    before, after = _outcome(made.sound, geometry=False), _outcome(made.text, geometry=False)
     if before.layout is None:
         return False
     return not _is_same(before.layout, after.layout, _MOVED if kind.evidence == "geometry" else _POSE)
@@ -360,11 +360,11 @@ def _edits_of(source: Source, document: Mapping[str, Any]) -> list[TextEdit]:
     """Return the edits of the first fix, or of the first name that may have been meant."""
     for fix in document["fixes"]:
         places = [_range(source, edit["place"]) for edit in fix["edits"]]
-        found = [
+        edits = [
             TextEdit(*place, e["text"]) for place, e in zip(places, fix["edits"], strict=True) if place is not None
         ]
-        if len(found) == len(places):
-            return found
+        if len(edits) == len(places):
+            return edits
     place = _range(source, document["place"])
     names = document["near"] or re.findall(r"did you mean `([^`]+)`", document["hint"] or "")
     if place is None or not names or "\n" in source.text[slice(*place)]:
@@ -383,8 +383,8 @@ def is_detected(made: Mutated, mistake: PlantedMistake) -> bool:
     """Return whether ``check --json`` warns of a mistake, alone in its program, or calls it an error."""
     edit = TextEdit(mistake.start, mistake.end, mistake.new)
     known = {document["message"] for document in check_documents(made.sound)}
-    found = check_documents(with_edits(made.sound, [edit]))
-    return any(d["severity"] in ("error", "warning") and d["message"] not in known for d in found)
+    diagnostics = check_documents(with_edits(made.sound, [edit]))
+    return any(d["severity"] in ("error", "warning") and d["message"] not in known for d in diagnostics)
 
 
 # --- measuring -------------------------------------------------------------------------------------------------------
@@ -396,7 +396,7 @@ def is_repaired(made: Mutated, text: str) -> bool:
     Where a part was moved, it must make no finding that the sound program has not, with all parts near their places.
     """
     is_moved = any(KINDS[mistake.kind].evidence == "geometry" for mistake in made.mistakes)
-    before, after = _outcome(made.sound, is_moved), _outcome(text, is_moved)
+    before, after = _outcome(made.sound, geometry=is_moved), _outcome(text, geometry=is_moved)
     if is_moved and sum(after.findings.values()) > sum(before.findings.values()):
         return False
     return _is_same(before.layout, after.layout, _MOVED if is_moved else _POSE)
@@ -425,19 +425,19 @@ def _differences(a: str, b: str) -> list[TextEdit]:
     """Return the edits that make the tokens of the second text of those of the first."""
     tokens, others = _tokens(a), _tokens(b)
     matcher = SequenceMatcher(None, [t for _, _, t in tokens], [t for _, _, t in others], autojunk=False)
-    found = []
+    edits = []
     for tag, first, last, low, high in matcher.get_opcodes():
         if tag != "equal":
             start = tokens[first][0] if first < len(tokens) else len(a)
             end = tokens[last - 1][1] if last > first else start
             new = b[others[low][0] : others[high - 1][1]] if high > low else ""
-            found.append(TextEdit(start, end, new if last > first else f" {new} "))
-    return found
+            edits.append(TextEdit(start, end, new if last > first else f" {new} "))
+    return edits
 
 
 def _tokens(text: str) -> list[tuple[int, int, str]]:
-    found = lexemes(text, 0, len(text))
-    return [(start, end, text[start:end]) for kind, start, end in found if kind not in ("space", "comment", "block")]
+    tokens = lexemes(text, 0, len(text))
+    return [(start, end, text[start:end]) for kind, start, end in tokens if kind not in ("space", "comment", "block")]
 
 
 def measure(

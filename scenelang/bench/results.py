@@ -91,10 +91,10 @@ def _mean(values: Sequence[float]) -> BenchFigure | None:
 
 
 def _by_task(trials: Iterable[Trial]) -> dict[str, list[Trial]]:
-    found: dict[str, list[Trial]] = defaultdict(list)
+    by_task: dict[str, list[Trial]] = defaultdict(list)
     for trial in trials:
-        found[trial.task].append(trial)
-    return found
+        by_task[trial.task].append(trial)
+    return by_task
 
 
 def results_of(trials: Sequence[Trial], tasks: Sequence[BenchTask]) -> list[ModeResults]:
@@ -105,11 +105,11 @@ def results_of(trials: Sequence[Trial], tasks: Sequence[BenchTask]) -> list[Mode
 
 def _mode_results(mode: str, trials: Sequence[Trial], tasks: Sequence[BenchTask]) -> ModeResults:
     groups = dict.fromkeys(trial.group for trial in trials)
-    found = {group: _passes([t for t in trials if t.group == group], lambda t: t.passed) for group in groups}
+    passed = {group: _passes([t for t in trials if t.group == group], lambda t: t.passed) for group in groups}
     return ModeResults(
         mode,
         _figures(trials),
-        {group: share for group, share in found.items() if share is not None},
+        {group: share for group, share in passed.items() if share is not None},
         _predicates(trials, {task.name: task for task in tasks}),
         _diagnostics(trials),
     )
@@ -146,7 +146,7 @@ def _figures(trials: Sequence[Trial]) -> dict[str, BenchFigure | None]:
 def _by_scene(trials: Sequence[Trial], value: Callable[[Score], float | None]) -> list[float]:
     """Return the means of a property of the scenes of each task, where it is known."""
     known = [
-        [float(found) for trial in each if trial.final is not None and (found := value(trial.final)) is not None]
+        [float(number) for trial in each if trial.final is not None and (number := value(trial.final)) is not None]
         for each in _by_task(trials).values()
     ]
     return [math.fsum(values) / len(values) for values in known if values]
@@ -213,8 +213,8 @@ def markdown(results: Sequence[ModeResults], title: str = "") -> str:
     for result in results:
         if result.diagnostics:
             header = [f"errors repaired in {result.mode}", "occurred", "gone in the next answer", "failed"]
-            found = result.diagnostics
-            cells = ([f"{r.code} {r.title}", str(r.occurred), str(r.repaired), str(r.failed)] for r in found)
+            diagnostics = result.diagnostics
+            cells = ([f"{r.code} {r.title}", str(r.occurred), str(r.repaired), str(r.failed)] for r in diagnostics)
             lines += ["", *_markdown(header, cells)]
     lines += [
         "",
@@ -253,17 +253,17 @@ def compared(before: Sequence[Trial], after: Sequence[Trial], tasks: Sequence[Be
     shared = [key for key in first if key in second]
     if not shared:
         raise SceneError("run", "the two runs have no task and mode in common")
-    found = []
+    comparisons = []
     for mode in dict.fromkeys(key[1] for key in shared):
         keys = [key for key in shared if key[1] == mode]
         a, b = [first[key] for key in keys], [second[key] for key in keys]
         gained = tuple(_named(y) for x, y in zip(a, b) if y.passed and not x.passed)
         lost = tuple(_named(y) for x, y in zip(a, b) if x.passed and not y.passed)
         p_value = mcnemar(len(gained), len(lost))
-        found.append(
+        comparisons.append(
             BenchComparison(mode, _mode_results(mode, a, tasks), _mode_results(mode, b, tasks), gained, lost, p_value)
         )
-    return found
+    return comparisons
 
 
 def _named(trial: Trial) -> str:

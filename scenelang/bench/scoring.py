@@ -166,17 +166,17 @@ def _kind(entity: Entity) -> str:
 
 def _share(before: _Rows, after: _Rows, within: float) -> float:
     """Match rows one to one, each with the first unmatched one that is alike, and return the share that is matched."""
-    (words, rows), (others, found) = before, after
-    most = max(len(rows), len(found))
+    (words, rows), (others, other_rows) = before, after
+    most = max(len(rows), len(other_rows))
     if not most:
         return 1.0
-    left = np.ones(len(found), bool)
+    left = np.ones(len(other_rows), bool)
     kinds = np.array(others, object)
     matched = 0
     for word, row in zip(words, rows):
-        alike = left & (kinds == word) if len(found) else left
-        alike = alike & (np.abs(found[:, :6] - row[:6]) <= within).all(axis=1)
-        alike &= (np.abs(found[:, 6:] - row[6:]) <= _SAME_COLOR).all(axis=1)
+        alike = left & (kinds == word) if len(other_rows) else left
+        alike = alike & (np.abs(other_rows[:, :6] - row[:6]) <= within).all(axis=1)
+        alike &= (np.abs(other_rows[:, 6:] - row[6:]) <= _SAME_COLOR).all(axis=1)
         hits = np.flatnonzero(alike)
         if len(hits):
             left[hits[0]] = False

@@ -148,10 +148,10 @@ def load_tasks(folder: Path | None = None) -> tuple[BenchTask, ...]:
     """
     if folder is None:
         return _own_tasks()
-    found = _distinct(_sources(folder))
-    if not found:
+    tasks = _distinct(_sources(folder))
+    if not tasks:
         raise SceneError("file", f"no task in {folder}", "write TOML files with [[task]] tables")
-    return found
+    return tasks
 
 
 @cache  # reading them takes 5 s, and a measurement needs them three times
@@ -162,13 +162,13 @@ def _own_tasks() -> tuple[BenchTask, ...]:
 
 def _distinct(sources: Iterable[Source]) -> tuple[BenchTask, ...]:
     """Return the tasks of files; raises SceneError if two have the same name."""
-    found = [task for source in sources for task in tasks_of(source)]
+    tasks = [task for source in sources for task in tasks_of(source)]
     names: set[str] = set()
-    for task in found:
+    for task in tasks:
         if task.name in names:
             raise SceneError("value", f"two tasks are named `{task.name}`")
         names.add(task.name)
-    return tuple(found)
+    return tuple(tasks)
 
 
 def _sources(folder: Path) -> Iterable[Source]:
@@ -195,12 +195,12 @@ def tasks_of(source: Source) -> list[BenchTask]:
     if len(tables) > _MAX_TASKS:
         document.fail("task", f"more than {_MAX_TASKS:,} tasks")
     is_hard = document.flag("hard", False)
-    found = [_task(table, group, is_hard) for table in tables]
+    tasks = [_task(table, group, is_hard=is_hard) for table in tables]
     document.finish()
-    return found
+    return tasks
 
 
-def _task(table: TomlTable, group: str, is_hard: bool) -> BenchTask:
+def _task(table: TomlTable, group: str, *, is_hard: bool) -> BenchTask:
     name = _required(table, "name")
     if not _NAME.fullmatch(name) or len(name) > _MAX_NAME:
         expected = f"at most {_MAX_NAME} small letters, digits and hyphens"
@@ -208,7 +208,7 @@ def _task(table: TomlTable, group: str, is_hard: bool) -> BenchTask:
     kind = TaskKind(table.text("kind", "3d", [kind.value for kind in TaskKind]))
     passes = _required(table, "passes")
     program, python = table.text("program", None), table.text("python", None)
-    clauses = [_clause(each, program is not None) for each in table.tables("clause")]
+    clauses = [_clause(each, is_edit=program is not None) for each in table.tables("clause")]
     if not any(clause.is_checked for clause, _ in clauses):
         table.fail_missing("clause", "a task has at least one clause with predicates")
     for key, text in (("passes", passes), ("program", program)):
@@ -226,7 +226,7 @@ def _task(table: TomlTable, group: str, is_hard: bool) -> BenchTask:
     )  # fmt: skip
 
 
-def _clause(table: TomlTable, is_edit: bool) -> tuple[PromptClause, tuple[Declaration, ...]]:
+def _clause(table: TomlTable, *, is_edit: bool) -> tuple[PromptClause, tuple[Declaration, ...]]:
     """Read a clause, and return it with its declarations."""
     says = _required(table, "says").strip()
     that, keep, sizes = table.texts("that"), table.texts("keep"), table.texts("sizes")
@@ -237,7 +237,7 @@ def _clause(table: TomlTable, is_edit: bool) -> tuple[PromptClause, tuple[Declar
     if is_checked == is_given:
         problem = "a clause without predicates" if is_given is False else "`given` of a clause that has predicates"
         table.fail("says", f"{problem}: {says}", "state `that`, `keep`, `sizes`, `geometry = true` or `given = true`")
-    that = (*that, *_size_declarations(table, sizes, is_metric))
+    that = (*that, *_size_declarations(table, sizes, is_metric=is_metric))
     declarations = _declarations(table, that)
     for text, declaration in zip(that, declarations, strict=True):
         if holds_always(declaration):
@@ -246,7 +246,7 @@ def _clause(table: TomlTable, is_edit: bool) -> tuple[PromptClause, tuple[Declar
     return PromptClause(says, that, keep, is_checked), declarations
 
 
-def _size_declarations(table: TomlTable, sizes: Sequence[str], is_metric: bool) -> list[str]:
+def _size_declarations(table: TomlTable, sizes: Sequence[str], *, is_metric: bool) -> list[str]:
     """Return declarations about the sizes of everyday objects, in metres, or of each relative to the one before."""
     everyday, named = everyday_sizes(), []
     for entry in sizes:
@@ -280,20 +280,20 @@ def _declarations(table: TomlTable, texts: Sequence[str]) -> tuple[Declaration, 
     """Parse declarations: all of a task at once, or if there is a mistake each by itself, to tell which it is in."""
     together = Source("<declarations>", "\n".join(declaration_source(text).text for text in texts))
     try:
-        found = Session().declarations(together) if texts else ()
+        declarations = Session().declarations(together) if texts else ()
     except SceneError:
-        found = ()
-    return found if len(found) == len(texts) else tuple(_declaration(table, text) for text in texts)
+        declarations = ()
+    return declarations if len(declarations) == len(texts) else tuple(_declaration(table, text) for text in texts)
 
 
 def _declaration(table: TomlTable, text: str) -> Declaration:
     try:
-        found = Session().declarations(declaration_source(text))
+        declarations = Session().declarations(declaration_source(text))
     except SceneError as error:
         table.fail("that", f"`that`: {text}: {error.message}", error.hint)
-    if len(found) != 1:
-        table.fail("that", f"`that`: expected one declaration per string, got {len(found)}")
-    return found[0]
+    if len(declarations) != 1:
+        table.fail("that", f"`that`: expected one declaration per string, got {len(declarations)}")
+    return declarations[0]
 
 
 def _wrong(table: TomlTable, prompt: str, passes: str) -> WrongScene:

@@ -201,11 +201,11 @@ def run_trial(
     steps = sample_steps(brief, reader, speaker, SamplePlan(settings.repairs, mode.critiques))
     verdicts, attempts, result, error = _played(steps, task.name, mode.name, sample, answerer)
     is_python = mode.notation is Notation.PYTHON
-    first = _judged(task, verdicts[0], False, is_python) if verdicts else None
+    first = _judged(task, verdicts[0], simulates=False, is_python=is_python) if verdicts else None
     final: Score | None = None
     if result is not None:
         is_first = bool(verdicts) and result is verdicts[0] and not settings.simulates
-        final = first if is_first else _judged(task, result, settings.simulates, is_python)
+        final = first if is_first else _judged(task, result, simulates=settings.simulates, is_python=is_python)
     if error is None and final is None:
         error = _why(result)
     failed = tuple(final.failed(task)) if final is not None else ()
@@ -231,16 +231,16 @@ def _played(
             assert isinstance(step, Ask)
             request = BenchRequest(task, mode, sample, len(attempts) + 1, step.purpose.value, step.request)
             try:
-                found = answerer(request)
+                answer = answerer(request)
             except SceneError as error:
                 if error.name != "model-answer":  # the service failed, not the model
                     raise ServiceFailure(error) from None
                 step = steps.throw(error)
                 continue
-            reply, cost = found.answer.reply, found.answer.cost
+            reply, cost = answer.answer.reply, answer.answer.cost
             tokens = (reply.usage.prompt, reply.usage.answered)
             attempts.append(
-                BenchAttempt(step.purpose.value, request.digest, (), *tokens, cost, round(found.seconds, 3))
+                BenchAttempt(step.purpose.value, request.digest, (), *tokens, cost, round(answer.seconds, 3))
             )
             step = steps.send(reply)
     except StopIteration as end:
@@ -254,7 +254,7 @@ def codes_of(verdict: Verdict) -> tuple[str, ...]:
     return tuple(dict.fromkeys(CODES[d.name].code for d in verdict.diagnostics if d.is_error))
 
 
-def _judged(task: BenchTask, verdict: Verdict, simulates: bool, is_python: bool) -> Score | None:
+def _judged(task: BenchTask, verdict: Verdict, *, simulates: bool, is_python: bool) -> Score | None:
     if not verdict.is_usable or verdict.scene is None:
         return None
     try:
@@ -270,10 +270,11 @@ def _why(result: Verdict | None) -> str:
 
 
 def _settings(data: Mapping[str, Any]) -> BenchSettings:
-    found = BenchSettings(**{**data, "modes": tuple(data["modes"])})
-    if not all(isinstance(mode, str) for mode in found.modes) or not isinstance(found.samples + found.repairs, int):
+    settings = BenchSettings(**{**data, "modes": tuple(data["modes"])})
+    counts = settings.samples + settings.repairs
+    if not all(isinstance(mode, str) for mode in settings.modes) or not isinstance(counts, int):
         raise TypeError("a setting of a run")
-    return found
+    return settings
 
 
 # --- a run -----------------------------------------------------------------------------------------------------------
@@ -304,8 +305,8 @@ class BenchRun:
         """Create the folder, or go on with a run of the same facts. Raises UsageError if it is of others."""
         data = {"format": _FORMAT, **json.loads(json.dumps(facts))}
         if (self.folder / SETTINGS).exists():
-            found = self.facts
-            changed = sorted(name for name in data if found.get(name) != data[name])
+            earlier = self.facts
+            changed = sorted(name for name in data if earlier.get(name) != data[name])
             if changed:
                 hint = "write the results to another folder, or give the same options to go on"
                 raise UsageError("run", f"{self.folder} is a run with other {', '.join(changed)}", hint)
@@ -319,17 +320,17 @@ class BenchRun:
         path = self.folder / TRIALS
         if not path.exists():
             return []
-        found: dict[tuple[str, str, int], Trial] = {}
+        by_key: dict[tuple[str, str, int], Trial] = {}
         lines = read_regular(path).decode("utf-8", "replace").split("\n")
         for number, line in enumerate(lines[:-1], 1):  # the last one is empty, or was not written to its end
             try:
                 trial = trial_of(json.loads(line))
             except (ValueError, KeyError, TypeError, RecursionError):
                 raise SceneError("run", f"cannot read line {number} of {path}") from None
-            found[trial.key] = trial
+            by_key[trial.key] = trial
         order = {name: number for number, name in enumerate(self.facts["tasks"])}
         modes = {name: number for number, name in enumerate(self.facts["settings"]["modes"])}
-        return sorted(found.values(), key=lambda t: (order.get(t.task, -1), modes.get(t.mode, -1), t.sample))
+        return sorted(by_key.values(), key=lambda t: (order.get(t.task, -1), modes.get(t.mode, -1), t.sample))
 
     def add(self, trial: Trial, program: str) -> None:
         """Save a finished trial and its program."""

@@ -499,7 +499,7 @@ def _splats(arguments: argparse.Namespace) -> SplatsOf | None:
     return surface_splats if arguments.distilled is None else distilled_splats(Path(arguments.distilled))
 
 
-def _serve(arguments: argparse.Namespace, workspace: Workspace, edits: bool = False) -> int:
+def _serve(arguments: argparse.Namespace, workspace: Workspace, *, edits: bool = False) -> int:
     """Serve until interrupted by Ctrl-C."""
     from scenelang.viewer.server import ViewServer
 

@@ -170,7 +170,7 @@ class Adviser:
 
     def _owners(self, option: str) -> Mapping[str, Any]:
         """Return the commands that have an option, with its action."""
-        found: dict[str, Any] = {}
+        actions: dict[str, Any] = {}
         for name in COMMANDS:
             if name != self._command:
                 try:
@@ -178,8 +178,8 @@ class Adviser:
                 except ImportError:
                     continue
                 if action is not None:
-                    found[name] = action
-        return found
+                    actions[name] = action
+        return actions
 
     def _missing_file(self, message: str) -> str | None:
         """Return the line about a missing program, with `-` if the command reads standard input."""

@@ -76,10 +76,10 @@ class EvaluationEntry:
 def entries_of(files: Sequence[str]) -> list[EvaluationEntry]:
     """Convert programs and lists to entries without duplicates; raises SceneError: "file" for an unreadable list,
     "value" for an invalid entry."""
-    found = [entry for file in files for entry in _read(Path(file))]
-    if len(found) > _MAX_ENTRIES:
-        raise SceneError("value", f"expected at most {_MAX_ENTRIES:,} scenes, got {len(found):,}")
-    return list(dict.fromkeys(found))
+    entries = [entry for file in files for entry in _read(Path(file))]
+    if len(entries) > _MAX_ENTRIES:
+        raise SceneError("value", f"expected at most {_MAX_ENTRIES:,} scenes, got {len(entries):,}")
+    return list(dict.fromkeys(entries))
 
 
 def _read(path: Path) -> list[EvaluationEntry]:
@@ -318,15 +318,15 @@ class Subject:
 def scene_digest(scene: Scene, limit: int) -> str:
     """Return a hash of everything that determines images and counts of a scene; raises SceneError for too many
     primitives."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for frame in flatten(scene, limit).frames:
         for array in (frame.index, frame.matrices):
-            found.update(array.tobytes())
+            digest.update(array.tobytes())
         for entity in frame.primitives:
-            found.update(repr((entity.word, sorted(primitive_attributes(entity).items()))).encode())
+            digest.update(repr((entity.word, sorted(primitive_attributes(entity).items()))).encode())
     for root in scene.frames:
-        found.update(repr(sorted(count_words(root).items())).encode())
-    return found.hexdigest()
+        digest.update(repr(sorted(count_words(root).items())).encode())
+    return digest.hexdigest()
 
 
 def file_digest(path: Path) -> str:
@@ -430,12 +430,12 @@ class CountMeasure:
 
     def measure(self, subject: Subject, progress: Progress | None) -> Values:
         assert subject.scene is not None
-        found = count_entities(subject.scene, subject.expected_counts)
+        counts = count_entities(subject.scene, subject.expected_counts)
         things = [
             {"asked": " ".join(one.query.words), "count": one.query.count, "words": list(one.words), "found": one.found}
-            for one in found
+            for one in counts
         ]
-        return {"value": float(is_accurate(found)), "things": things}
+        return {"value": float(is_accurate(counts)), "things": things}
 
 
 class DynamicMeasure:
@@ -458,8 +458,8 @@ class DynamicMeasure:
 
     def measure(self, subject: Subject, progress: Progress | None) -> Values:
         assert self._network is not None
-        found = film_dynamic_degree(subject.steady(progress), subject.drawing.fps, self._network.flow)
-        return {"value": found.relative, "pixels": found.pixels, "is_dynamic": found.is_dynamic}
+        degree = film_dynamic_degree(subject.steady(progress), subject.drawing.fps, self._network.flow)
+        return {"value": degree.relative, "pixels": degree.pixels, "is_dynamic": degree.is_dynamic}
 
 
 def measure_called(name: str, models: MetricModels, views: Mapping[str, int]) -> Measure:

@@ -195,19 +195,19 @@ def preferences(paths: Sequence[Path]) -> Preferences:
     Raises SceneError: "file" for an invalid file, "value" if answers belong to different studies, or two files to one
     participant.
     """
-    found = [read_answers(path) for path in paths]
+    by_file = [read_answers(path) for path in paths]
     seen: dict[str, Path] = {}
-    for path, answers in zip(paths, found, strict=True):
-        if answers.study != found[0].study or _methods_by_prompt(answers) != _methods_by_prompt(found[0]):
+    for path, answers in zip(paths, by_file, strict=True):
+        if answers.study != by_file[0].study or _methods_by_prompt(answers) != _methods_by_prompt(by_file[0]):
             raise SceneError("value", f"{path} and {paths[0]} contain answers to different studies")
         if answers.participant in seen:
             raise SceneError("value", f"{path} and {seen[answers.participant]} contain answers of the same participant")
         seen[answers.participant] = path
     percentages = {}
-    for prompt, (methods, _) in found[0].choices.items():
-        chosen = Counter(answers.choices[prompt][1] for answers in found)
-        percentages[prompt] = {method: 100.0 * chosen[method] / len(found) for method in methods}
-    return Preferences(len(found), percentages)
+    for prompt, (methods, _) in by_file[0].choices.items():
+        chosen = Counter(answers.choices[prompt][1] for answers in by_file)
+        percentages[prompt] = {method: 100.0 * chosen[method] / len(by_file) for method in methods}
+    return Preferences(len(by_file), percentages)
 
 
 def _methods_by_prompt(answers: Answers) -> dict[str, tuple[str, ...]]:

@@ -151,10 +151,10 @@ def subjects_of(
         if entry.scene is None:
             yield Subject(entry, entry.method or "film", entry.prompt, None, drawings[0])
             continue
-        found = opened(entry)
-        if found is None:
+        pair = opened(entry)
+        if pair is None:
             continue
-        scene, text = found
+        scene, text = pair
         prompt = entry.prompt or stated_task(text) or noun_of(scene.root)
         for drawing in drawings:
             yield Subject(entry, _method(entry, drawing, drawings), prompt, scene, _own(entry, drawing))
@@ -201,12 +201,12 @@ def measured(
     return MetricReport(tuple(records), tuple(sorted(evaluation.left_out)), evaluation.failures)
 
 
-def alignment(found: Preferences, others: Sequence[MetricRecord]) -> list[MetricRecord]:
+def alignment(preferred: Preferences, others: Sequence[MetricRecord]) -> list[MetricRecord]:
     """Return preference records for the methods and prompts of other records."""
     groups = {record.prompt: record.group for record in others if record.prompt is not None}
     return [
         MetricRecord("", method, "alignment", "", groups[prompt], prompt, {"value": percentage})
-        for prompt, shares in found.percentages.items()
+        for prompt, shares in preferred.percentages.items()
         for method, percentage in shares.items()
         if prompt in groups
     ]
@@ -283,7 +283,7 @@ def study_of(
         if subject.prompt is None:
             raise SceneError("value", f"{subject.entry.place} has no prompt", hint='add a "prompt" to its entry')
         tasks.setdefault(subject.prompt, []).append(_filmed(subject, progress(subject)))
-    return study_page(questions_of([StudyQuestion(prompt, tuple(found)) for prompt, found in tasks.items()], seed))
+    return study_page(questions_of([StudyQuestion(prompt, tuple(drawn)) for prompt, drawn in tasks.items()], seed))
 
 
 def _filmed(subject: Subject, shown: Progress | None) -> StudyResult:

@@ -138,14 +138,14 @@ class ResultTable:
 def tables_of(records: Sequence[MetricRecord]) -> list[ResultTable]:
     """Return the tables for which there are records; methods in order of appearance."""
     methods = list(dict.fromkeys(record.method for record in records))
-    found = []
+    tables = []
     for paper in TABLES:
         rows = [_measured(method, records, paper.columns) for method in methods]
         rows = [row for row in rows if any(row.cells)]
         if rows:
             printed = [TableRow(name, True, tuple(map(_printed, figures))) for name, figures in paper.rows]
-            found.append(ResultTable(paper, (*printed, *rows)))
-    return found
+            tables.append(ResultTable(paper, (*printed, *rows)))
+    return tables
 
 
 def _printed(figure: PaperFigure | None) -> TableCell | None:

@@ -136,9 +136,10 @@ def holds_scene(path: Path | str) -> bool:
 # Reading scenes from JSON. The file may come from anywhere: nothing in it is trusted.
 
 
+# Limits of a file, which is read and parsed as a whole, so that it cannot fill the memory.
 MAX_FILE_BYTES = 256_000_000
 MAX_ENTITIES = 1_000_000
-MAX_PARTS = 5_000_000
+MAX_PARTS = 5_000_000  # children of all entities together; entities are shared
 
 
 def read_scene(path: Path | str, project: Path | None = None, allow_outside: bool = False) -> Scene:

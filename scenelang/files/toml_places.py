@@ -176,17 +176,19 @@ def _check_integers(document: TomlDocument, data: Any) -> None:
 
 
 def _syntax_error(source: Source, code: str, message: str) -> SceneError:
-    """Convert an error of ``tomllib`` to one with a span; a program of the language is told as that."""
+    """Convert an error of ``tomllib`` to one with a span.
+
+    A program of the language, which users pass where a spec of datasets is expected, has an error of its own.
+    """
     if source.name.endswith(".scene") or source.text.lstrip().startswith(("(", ";")):
         message = f"{source.name} is a program, but a spec is expected, which is TOML and names programs"
         name = source.name.rpartition("/")[2]
         hint = f'write a file such as spec.toml with `programs = ["{name}"]` and `count = 10`, and name that'
         return SceneError(code, message, hint)
     place = _AT_LINE.search(message)
-    start = len(source.text)
-    if place is not None:
-        start = source.line_start(int(place[1])) + int(place[2]) - 1
-    start = max(0, min(start, len(source.text) - 1))
+    end = len(source.text)
+    offset = end if place is None else source.line_start(int(place[1])) + int(place[2]) - 1
+    start = max(0, min(offset, end - 1))  # an error at the end of the text is shown at its last character
     text = _AT_LINE.sub("", message).removesuffix(" (at end of document)")
     return SceneError(code, f"this is not TOML: {text[:1].lower()}{text[1:]}", span=Span(source, start, start + 1))
 

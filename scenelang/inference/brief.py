@@ -75,14 +75,14 @@ def _replaced(folder: Path, own: Mapping[str, str]) -> dict[str, str]:
     """Read and validate the templates in a user's folder."""
     if not folder.is_dir():
         raise SceneError("prompt", f"--prompt-dir: not a folder: {folder}")
-    found: dict[str, str] = {}
+    templates: dict[str, str] = {}
     for path in sorted(folder.glob("*.md")):
         if path.name not in own:
             hint = suggest(path.name, own) or f"expected one of {' '.join(own)}"
             raise SceneError("prompt", f"unknown prompt template {path}", hint)
-        found[path.name] = _file_text(path)
-        _check_places(path, found[path.name], own[path.name])
-    return found
+        templates[path.name] = _file_text(path)
+        _check_places(path, templates[path.name], own[path.name])
+    return templates
 
 
 def _check_places(path: Path, text: str, own: str) -> None:
@@ -341,7 +341,7 @@ class Brief:
     def _section(self, objects: Sequence[LibraryPart]) -> str:
         """Return the section about some parts of the library."""
         is_python = self.task.notation is Notation.PYTHON
-        lines = "\n".join(_object_line(part, is_python) for part in objects)
+        lines = "\n".join(_object_line(part, is_python=is_python) for part in objects)
         if is_python:
             return self.prompts.text("objects.python.md", objects=lines)
         modules = dict.fromkeys(f'(import "{part.record.module}")' for part in objects)
@@ -461,15 +461,15 @@ def _read(word: str) -> list[str]:
     return [name for name in attributes_read(word) if not (name == "color" and word in block_words())]
 
 
-def _object_line(part: LibraryPart, is_python: bool) -> str:
+def _object_line(part: LibraryPart, *, is_python: bool) -> str:
     """Return the call of a part, its size, its front and its sockets."""
     size = " x ".join(f"{side:g}" for side in part.size)
-    sockets = ", ".join(_socket_usage(socket, is_python) for socket in part.sockets)
+    sockets = ", ".join(_socket_usage(socket, is_python=is_python) for socket in part.sockets)
     usage = part.python_usage if is_python else part.usage
     return f"- `{usage}`: {size}; {part.front.rstrip('.')}{f' | {sockets}' if sockets else ''}"
 
 
-def _socket_usage(socket: ReferenceRecord, is_python: bool) -> str:
+def _socket_usage(socket: ReferenceRecord, *, is_python: bool) -> str:
     """Return the call of a socket with its keywords, and whether it returns a list."""
     if is_python:
         call = f"{python_name(socket.name)}({', '.join(map(python_name, socket.keywords))})"

@@ -11,7 +11,6 @@ import re
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 
-from scenelang.backends.geometry.acceptance import contradictions, silent_statements, undecided
 from scenelang.backends.language_models.catalogue import Message, Reply
 from scenelang.grammar.datum import ListDatum, Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
@@ -69,6 +68,8 @@ def plan_of(answer: str, options: Options) -> ScenePlan:
     A declaration is an `assert-that` form with literal operands, or a relation; nothing else of the answer is
     evaluated.
     """
+    from scenelang.backends.geometry.acceptance import contradictions
+
     if len(answer) > _MAX_PLAN:
         return ScenePlan((), (), (f"the plan exceeds {_MAX_PLAN:,} characters",))
     fence = answer.find("```")
@@ -255,6 +256,8 @@ def _decided(draft: _Draft, brief: Brief, speaker: Speaker, plan: SamplePlan) ->
 
 def _silent(verdict: Verdict, reader: AnswerReader) -> list[str]:
     """Return the declarations that say nothing about a scene, as they are written; empty without a complete scene."""
+    from scenelang.backends.geometry.acceptance import silent_statements
+
     if verdict.scene is None:
         return []
     with EVALUATING:
@@ -309,6 +312,8 @@ def _plan_text(plan: ScenePlan) -> str:
 
 def _undecided(verdict: Verdict, reader: AnswerReader) -> list[str]:
     """Return why declarations do not decide whether a scene is right; empty without a scene that has all objects."""
+    from scenelang.backends.geometry.acceptance import undecided
+
     if verdict.scene is None:
         return []
     with EVALUATING:
@@ -337,7 +342,7 @@ def build_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Samp
     for number in range(plan.revisions or 0):
         try:
             measured = measured and _has_faults(best)
-            report = yield from _faults(brief, speaker, plan, best, measured)
+            report = yield from _faults(brief, speaker, plan, best, measured=measured)
             if report is None or best.scene is None:
                 break
             candidate = yield from _revised(brief, reader, speaker, plan, best, report, tried)
@@ -392,7 +397,7 @@ def _has_faults(best: Verdict) -> bool:
 
 
 def _faults(
-    brief: Brief, speaker: Speaker, plan: SamplePlan, best: Verdict, measured: bool
+    brief: Brief, speaker: Speaker, plan: SamplePlan, best: Verdict, *, measured: bool
 ) -> Generator[Step, Reply | None, str | None]:
     """Return what is wrong with a scene: by measurement, else by a critic who sees only task, facts and images."""
     if measured or best.scene is None:

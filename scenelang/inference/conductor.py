@@ -444,8 +444,8 @@ class Describer:
         turn = text_message("user", self._prompts.text("words.md", questions=lines))
         request = self._speaker.request(self._prompts.text("words.system.md"), (turn,))
         answer = self._client.ask(request, at, 1, self._live.counting(0, at, "words"))
-        found = {int(number): text.strip("\"'") for number, text in _LINE.findall(answer.reply.text)}
-        return (found.get(number, "") for number in range(1, len(questions) + 1))
+        answers = {int(number): text.strip("\"'") for number, text in _LINE.findall(answer.reply.text)}
+        return (answers.get(number, "") for number in range(1, len(questions) + 1))
 
 
 def _question_line(question: Question) -> str:
@@ -539,17 +539,17 @@ class Inference:
 
     def _best(self, outcomes: Mapping[int, SampleOutcome], conductor: Conductor, speaker: Speaker) -> int | None:
         """Return the best sample; ties are decided by the model from rendered images."""
-        found = candidates(outcomes)
-        if len(found) < 2:
-            return found[0] if found else None
-        verdicts = [outcomes[sample].verdict for sample in found]
+        best = candidates(outcomes)
+        if len(best) < 2:
+            return best[0] if best else None
+        verdicts = [outcomes[sample].verdict for sample in best]
         if len({verdict.program for verdict in verdicts}) == 1:
-            return found[0]
+            return best[0]
         steps = judge_steps(self.brief.prompts, speaker, self.task, verdicts)
         chosen = conductor.singly({_JUDGE: steps})[_JUDGE]
         if isinstance(chosen, SceneError):
-            return found[0]  # without a judge, ties are decided by order
-        return next(sample for sample, verdict in zip(found, verdicts) if verdict is chosen.verdict)
+            return best[0]  # without a judge, ties are decided by order
+        return next(sample for sample, verdict in zip(best, verdicts) if verdict is chosen.verdict)
 
 
 def _steps_of(plan: SamplePlan) -> Callable[[Brief, AnswerReader, Speaker, SamplePlan], Steps]:

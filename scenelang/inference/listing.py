@@ -38,7 +38,7 @@ _ROOT = "scene"
 def listing(scene: Scene, with_words: bool) -> str:
     """Return the primitives of a scene as JSON, one per line. Raises SceneError for more than ``MAX_ITEMS``."""
     flat = flatten(scene, MAX_ITEMS)
-    frames = [_frame(frame, with_words) for frame in flat.frames]
+    frames = [_frame(frame, with_words=with_words) for frame in flat.frames]
     return _lines(frames[0]) if not flat.animated else "[\n" + ",\n".join(map(_lines, frames)) + "\n]"
 
 
@@ -46,15 +46,15 @@ def _lines(items: Sequence[Mapping[str, Any]]) -> str:
     return "[\n" + ",\n".join(json.dumps(item, ensure_ascii=False) for item in items) + "\n]"
 
 
-def _frame(frame: FlatFrame, with_words: bool) -> list[dict[str, Any]]:
-    found = []
+def _frame(frame: FlatFrame, *, with_words: bool) -> list[dict[str, Any]]:
+    items = []
     for i in range(len(frame)):
         entity, path = frame.primitives[frame.index[i]], frame.paths[frame.path_index[i]]
-        found.append(_item(entity, path, frame.matrices[i].tolist(), with_words))
-    return found
+        items.append(_item(entity, path, frame.matrices[i].tolist(), with_words=with_words))
+    return items
 
 
-def _item(entity: Entity, path: tuple[str, ...], matrix: list[list[float]], with_words: bool) -> dict[str, Any]:
+def _item(entity: Entity, path: tuple[str, ...], matrix: list[list[float]], *, with_words: bool) -> dict[str, Any]:
     has_geometry = is_word(entity.word)
     word = path[-1] if has_geometry and path else entity.word
     item: dict[str, Any] = {"word": word} if with_words else {}
@@ -232,8 +232,8 @@ def rename_python(text: str, seed: int) -> Renamed:
 
 
 def _functions(tree: ast.Module) -> list[str]:
-    found = [node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-    return [name for name in dict.fromkeys(found) if name not in HELPERS]
+    functions = [node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    return [name for name in dict.fromkeys(functions) if name not in HELPERS]
 
 
 class _Renaming(ast.NodeTransformer):
@@ -269,8 +269,8 @@ class _Renaming(ast.NodeTransformer):
         if isinstance(node, ast.Dict):
             node.values = [self.visit(value) for value in node.values]
             return node
-        found: ast.expr = self.visit(node)
-        return found
+        visited: ast.expr = self.visit(node)
+        return visited
 
     def visit_Constant(self, node: ast.Constant) -> ast.AST:
         if isinstance(node.value, str):
@@ -288,7 +288,7 @@ def rename_language(text: str, seed: int) -> Renamed:
 
 def _defined(forms: Iterable[Datum]) -> list[str]:
     """Return the words and names defined at the top level."""
-    found: list[str] = []
+    names: list[str] = []
     for form in forms:
         if not isinstance(form, ListDatum) or len(form.items) < 2 or _symbol(form.items[0]) not in _DEFINERS:
             continue
@@ -296,8 +296,8 @@ def _defined(forms: Iterable[Datum]) -> list[str]:
         while isinstance(named, ListDatum) and named.items:
             named = named.items[0]
         if isinstance(named, Atom) and isinstance(named.value, str) and named.value:
-            found.append(str(named.value))
-    return list(dict.fromkeys(found))
+            names.append(str(named.value))
+    return list(dict.fromkeys(names))
 
 
 def _symbol(datum: Datum) -> str:
@@ -319,15 +319,15 @@ def _random_names(names: Iterable[str], seed: int, text: str) -> dict[str, str]:
     """Return a random name of eight letters for each name, chosen not to occur in the text."""
     letters = random.Random(seed)
     taken: set[str] = set()
-    found: dict[str, str] = {}
+    random_names: dict[str, str] = {}
     for name in names:
         while True:
             chosen = "".join(letters.choices(string.ascii_lowercase, k=_LENGTH))
             if chosen not in taken and chosen not in text:
                 break
         taken.add(chosen)
-        found[name] = chosen
-    return found
+        random_names[name] = chosen
+    return random_names
 
 
 def _turned(names: Mapping[str, str]) -> dict[str, str]:

@@ -148,8 +148,8 @@ class Run:
 
     def _reply_facts(self, sample: int, number: int) -> dict[str, Any] | None:
         """Return the record of a request's answer, or None if it is missing or damaged."""
-        found = map(_reply_in, self._folder(sample).glob(f"{number:02d}-*"))
-        return next((facts for facts in found if facts is not None), None)
+        replies = map(_reply_in, self._folder(sample).glob(f"{number:02d}-*"))
+        return next((facts for facts in replies if facts is not None), None)
 
     def asked(self, sample: int, number: int, purpose: str, payload: Mapping[str, Any]) -> None:
         """Record a request before it is sent; images are saved as files."""
@@ -219,16 +219,16 @@ class Run:
 
     def summary(self) -> dict[str, Any]:
         """Return a summary as JSON data; the ``state`` of an unreadable folder is "damaged"."""
-        found = {"name": self.name, "path": str(self.path)}
+        summary = {"name": self.name, "path": str(self.path)}
         try:
             facts = self.facts
             task = facts["task"]["text"] or "a reconstruction"
             command, state = str(facts["command"]), self.state
         except (SceneError, KeyError, TypeError):
-            return found | {"command": "", "state": "damaged", "attempts": 0, "cost": 0.0, "task": ""}
+            return summary | {"command": "", "state": "damaged", "attempts": 0, "cost": 0.0, "task": ""}
         shown = printable(" ".join(str(task).split()))
         attempts = len(list(self.attempts()))
-        return found | {
+        return summary | {
             "command": command, "state": state, "attempts": attempts, "cost": self.spent, "task": shown,
         }  # fmt: skip
 
@@ -274,8 +274,8 @@ class Run:
 
 def _reply_in(folder: Path) -> dict[str, Any] | None:
     """Return the recorded answer in an attempt's folder, or None if it is missing or damaged."""
-    found = _json_object(folder / "reply.json")
-    return found if found and _answer_of(found) is not None else None
+    facts = _json_object(folder / "reply.json")
+    return facts if facts and _answer_of(facts) is not None else None
 
 
 def _answer_of(facts: Mapping[str, Any]) -> Answer | None:
@@ -299,10 +299,10 @@ def _lost(path: Path) -> float:
 def _json_object(path: Path) -> dict[str, Any]:
     """Read a JSON object; returns an empty one if the file cannot be read."""
     try:
-        found = json.loads(path.read_text("utf-8"))
+        data = json.loads(path.read_text("utf-8"))
     except (OSError, ValueError, RecursionError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return data if isinstance(data, dict) else {}
 
 
 def _without_pictures(data: Any, pictures: list[bytes]) -> Any:
@@ -358,11 +358,11 @@ def find_run(folder: Path, name: str, clean: Callable[[str], str] = str) -> Run:
     if name == "last" and runs:
         return Run(runs[-1].path, clean)
     exact = [run for run in runs if run.name == name]
-    found = exact or [run for run in runs if run.name.startswith(name)]
-    if len(found) == 1:
-        return Run(found[0].path, clean)
-    if found:
-        raise SceneError("run", f"ambiguous run name `{name[:60]}`: {', '.join(run.name for run in found[:5])}")
+    matching = exact or [run for run in runs if run.name.startswith(name)]
+    if len(matching) == 1:
+        return Run(matching[0].path, clean)
+    if matching:
+        raise SceneError("run", f"ambiguous run name `{name[:60]}`: {', '.join(run.name for run in matching[:5])}")
     hint = suggest(name, [run.name for run in runs]) or f"see `scenelang runs` for the runs in {folder}"
     raise SceneError("run", f"unknown run `{name[:60]}`", hint)
 
@@ -508,24 +508,24 @@ def check_limits(given: Mapping[str, Any], as_flags: bool = False) -> None:
 def settings_of(data: Mapping[str, Any]) -> InferenceSettings:
     """Parse saved settings, the inverse of ``InferenceSettings.data``. Raises SceneError for invalid data."""
     try:
-        found = typed(InferenceSettings, data)
+        settings = typed(InferenceSettings, data)
     except TypeError:
         raise SceneError("run", "cannot read the settings of the run") from None
     for name, (low, high) in LIMITS.items():
-        value = getattr(found, name)
+        value = getattr(settings, name)
         if value is not None and not low <= value <= high:
             raise SceneError("run", f"cannot read the settings of the run: `{name}` is {value}")
-    return found
+    return settings
 
 
 def typed(kind: type[Typed], data: Mapping[str, Any]) -> Typed:
     """Construct a dataclass from JSON data. Raises TypeError for unknown fields or wrong types."""
-    found = kind(**data)
+    instance = kind(**data)
     for name, hint in get_type_hints(kind).items():
         expected_type = (int, float) if hint is float else hint
-        if not isinstance(getattr(found, name), expected_type):
+        if not isinstance(getattr(instance, name), expected_type):
             raise TypeError(name)
-    return found
+    return instance
 
 
 def is_local(address: str) -> bool:

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenelang.backends.files import read_regular
-from scenelang.backends.geometry.relations import check_declarations
 from scenelang.backends.language_models.catalogue import (
     ImageContent,
     Message,
@@ -43,6 +42,7 @@ from scenelang.interpreter.scene.primitives import block_words
 from scenelang.interpreter.transpile.analysis.python_text import code_of
 from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import trial
+from scenelang.session.checking import declaration_errors
 from scenelang.session.declarations import declared_in_python, with_acceptance
 from scenelang.session.formatting import formatted
 from scenelang.session.scene_changes import changes_between, compared_frames
@@ -132,9 +132,9 @@ class AnswerReader:
             verdict = self._read(restored) if problem is None else Verdict("", None, (problem,))
         return self.with_layout(verdict) if any(d.name == "declaration" for d in verdict.diagnostics) else verdict
 
-    def _read(self, answer: str, has_findings: bool = True) -> Verdict:
+    def _read(self, answer: str, *, has_findings: bool = True) -> Verdict:
         with limited(self.options.limits):
-            return self._judged(answer, has_findings)
+            return self._judged(answer, has_findings=has_findings)
 
     def with_layout(self, verdict: Verdict) -> Verdict:
         """Return the verdict of the program whose literals are edited so that findings and declarations are resolved.
@@ -152,24 +152,24 @@ class AnswerReader:
         session = Session(self.options)
         try:
             with EVALUATING:
-                found = repaired(session, Source(self.name, verdict.program), effort=_REPAIR_EFFORT)
+                repair = repaired(session, Source(self.name, verdict.program), effort=_REPAIR_EFFORT)
         except SceneError:
             return verdict
-        if not found.changed:
+        if not repair.changed:
             return verdict
-        result = session.evaluate(Source(self.name, found.text))
+        result = session.evaluate(Source(self.name, repair.text))
         if result.scene is None:
             return verdict
         before, after = (box_diagonal(entity_box(scene.root)) for scene in (verdict.scene, result.scene))
         if after > _MAX_GROWTH * before:
             return verdict
-        left = linted(result, check_declarations)
-        code = found.text if self.brief.task.notation is Notation.LANGUAGE else verdict.code
+        left = linted(result, declaration_errors)
+        code = repair.text if self.brief.task.notation is Notation.LANGUAGE else verdict.code
         findings = self._findings(result.scene)
-        repairs = tuple(edit.resolves for edit in found.edits)
-        return Verdict(found.text, result.scene, (*result.diagnostics, *left), findings, code, repairs)
+        repairs = tuple(edit.resolves for edit in repair.edits)
+        return Verdict(repair.text, result.scene, (*result.diagnostics, *left), findings, code, repairs)
 
-    def _judged(self, answer: str, has_findings: bool) -> Verdict:
+    def _judged(self, answer: str, *, has_findings: bool) -> Verdict:
         """Return the verdict on an answer, with the findings of the geometry lint if ``has_findings``."""
         session = Session(self.options)
         task = self.brief.task
@@ -199,7 +199,7 @@ class AnswerReader:
         if scene is not None:
             accepted = self.acceptance(scene)
             program = with_acceptance(program, accepted)
-            unlike = [*_unlike(scene, task), *linted(result, lambda graph: check_declarations(graph, accepted))]
+            unlike = [*_unlike(scene, task), *linted(result, lambda graph: declaration_errors(graph, accepted))]
         is_linted = has_findings and task.kind is not TaskKind.BLOCKS
         findings = self._findings(scene) if is_linted and scene is not None else ()
         return Verdict(program, scene, (*result.diagnostics, *unlike), findings, code)
@@ -383,9 +383,9 @@ _STILL = (
 _FILM_VIEW = "azimuth=30,elevation=20"
 _MOMENTS = (0.0, 0.13, 0.41, 0.77)  # of a film; avoids fractions at which periodic motion repeats
 _MAX_CLOSE_UPS = 3  # of one request
-_NEAR = "azimuth=40,elevation=8"  # low, so that a gap below an object is seen
+_CLOSE_UP_VIEW = "azimuth=40,elevation=8"  # low, so that a gap below an object is seen
 # Distance of a close-up in diagonals of the object's box: at 1.6 it fills the field of view of 35 degrees.
-_AROUND = 3.5
+_CLOSE_UP_DIAGONALS = 3.5
 _MARGIN_PX = 8  # pixels between the views of a contact sheet
 
 
@@ -415,8 +415,11 @@ def close_ups(scene: Scene, findings: Sequence[Diagnostic]) -> list[tuple[str, E
             box = box_of(scene, path)
             if box is not None:
                 low, high = np.array(box[:3]), np.array(box[3:])
-                target, distance = ":".join(map(str, (low + high) / 2.0)), _AROUND * float(np.linalg.norm(high - low))
-                view = f"{_NEAR},target={target},distance={distance}"
+                target, distance = (
+                    ":".join(map(str, (low + high) / 2.0)),
+                    _CLOSE_UP_DIAGONALS * float(np.linalg.norm(high - low)),
+                )
+                view = f"{_CLOSE_UP_VIEW},target={target},distance={distance}"
                 shown.append((f'"{path}", from near:', encoded(picture(scene, view))))
         except SceneError:
             continue

@@ -152,10 +152,10 @@ def _comment(names: Names, span: Span | None) -> list[str]:
 
 def _comment_text(lines: Iterable[str]) -> str:
     """Return the text of comment lines below the last separator line."""
-    found: list[str] = []
+    texts: list[str] = []
     for line in lines:
-        found = [] if set(line) <= {";", "-", " ", "="} else [*found, line.lstrip("; ")]
-    return "\n".join(found)
+        texts = [] if set(line) <= {";", "-", " ", "="} else [*texts, line.lstrip("; ")]
+    return "\n".join(texts)
 
 
 _MAX_COUNT = 80
@@ -238,10 +238,10 @@ def _names(
             continue
         if record.kind is RecordKind.FORM and not at_head:
             continue
-        yield _library_item(record.name, record.signature, _KINDS[record.kind], at_head)
+        yield _library_item(record.name, record.signature, _KINDS[record.kind], at_head=at_head)
 
 
-def _library_item(name: str, detail: str, kind: lsp.CompletionItemKind, at_head: bool) -> lsp.CompletionItem:
+def _library_item(name: str, detail: str, kind: lsp.CompletionItemKind, *, at_head: bool) -> lsp.CompletionItem:
     item = lsp.CompletionItem(name, kind=kind, detail=detail, sort_text=f"2{name}", data="library")
     if at_head and name in FORMS:
         body = snippet(FORMS[name])

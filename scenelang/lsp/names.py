@@ -64,10 +64,10 @@ class Names:
 
     def use_at(self, offset: int) -> Use | None:
         """Return the identifier at or just before an offset, with its position in the document."""
-        found = self.piece_at(offset)
-        if found is None:
+        at = self.piece_at(offset)
+        if at is None:
             return None
-        start, piece = found
+        start, piece = at
         best: Use | None = None
         for use in uses_of(piece.form):
             if use.span.source is piece.source and use.span.start + start <= offset <= use.span.end + start:
@@ -80,10 +80,10 @@ class Names:
 
     def word_at(self, offset: int) -> Word | None:
         """Return the word of the string at an offset."""
-        found = self.piece_at(offset)
-        if found is None:
+        at = self.piece_at(offset)
+        if at is None:
             return None
-        start, piece = found
+        start, piece = at
         for word in words_of(piece.form.datums):
             if word.span.start + start <= offset <= word.span.end + start:
                 if word.sure or word.text in self.version.program.all_words:
@@ -92,8 +92,8 @@ class Names:
 
     def attribute_at(self, offset: int) -> tuple[Span, str, str] | None:
         """Return the attribute of a call at an offset: its position, the called word, its name."""
-        found = self.piece_at(offset)
-        start, piece = found if found is not None else (0, None)
+        at = self.piece_at(offset)
+        start, piece = at if at is not None else (0, None)
         for datum in walk(*piece.form.datums) if piece is not None else ():
             items = datum.items if isinstance(datum, ListDatum) else ()
             if len(items) < 3 or not isinstance(items[1], Atom) or type(items[1].value) is not str:
@@ -126,14 +126,14 @@ class Names:
 
     def bindings_named(self, name: str) -> list[Any]:
         """Return the bindings that were defined as ``name`` and occur in the document, with or without a prefix."""
-        found = {}
+        bindings = {}
         for _, piece in self.version.pieces:
             if name in piece.text:
                 for use in uses_of(piece.form):
                     binding = use.binding.variable if isinstance(use.binding, PaperForm) else use.binding
                     if isinstance(binding, (Variable, Macro)) and binding.name == name:
-                        found[id(use.binding)] = use.binding
-        return list(found.values())
+                        bindings[id(use.binding)] = use.binding
+        return list(bindings.values())
 
     @cached_property
     def made_by_records(self) -> set[str]:
@@ -149,13 +149,13 @@ class Names:
     @cached_property
     def definitions(self) -> dict[Any, Any]:
         """Return the core AST of each top-level name of every file, and of each word (as a string)."""
-        found: dict[Any, Any] = dict(self.known)
+        definitions: dict[Any, Any] = dict(self.known)
         for form in self.version.program.forms:
             if type(form) is ast.Define and isinstance(form.target, Variable):
-                found[form.target] = form
+                definitions[form.target] = form
             elif type(form) is ast.Bind and type(form.word) is ast.Constant:
-                found[form.word.value] = form
-        return found
+                definitions[form.word.value] = form
+        return definitions
 
     def definition_of(self, binding: Any) -> Span | None:
         """Return the origin of a binding, or None if it has no source."""

@@ -54,10 +54,10 @@ class Document:
         if self.analysis is None:
             self.analysis = self.editing.check(self.source)
             if self.analysis.version is not None:
-                self._keep(self.analysis.version, any(d.code < "E2" for d in self.analysis.diagnostics))
+                self._keep(self.analysis.version, unreadable=any(d.code < "E2" for d in self.analysis.diagnostics))
         return self.analysis
 
-    def _keep(self, version: Version, unreadable: bool) -> None:
+    def _keep(self, version: Version, *, unreadable: bool) -> None:
         """Save data for completion; if the text cannot be parsed, keep definitions of the last valid version."""
         self._last = version
         names = {base_name(symbol): binding for symbol, binding in dict.items(version.file.names)}
@@ -210,11 +210,11 @@ def references(documents: Documents, document: Document, target: Target) -> list
     assert document.names is not None
     if target.is_local:
         return list(places(document.names, target))
-    found: dict[tuple[Path, int], Location] = {}
+    by_place: dict[tuple[Path, int], Location] = {}
     for names in connected(documents, document):
         for place in places(names, target):
-            found.setdefault((file_of(place.span).resolve(), place.span.start), place)
-    return list(found.values())
+            by_place.setdefault((file_of(place.span).resolve(), place.span.start), place)
+    return list(by_place.values())
 
 
 def places(names: Names, target: Target) -> Iterator[Location]:
@@ -257,13 +257,13 @@ def _workspace_files(documents: Documents, document: Document) -> list[Path]:
     root = documents.root or document.path.parent
     if not root.is_dir():
         return []
-    found: list[Path] = []
+    paths: list[Path] = []
     for path in root.rglob("*.scene"):
         if not any(part.startswith(".") or part == "node_modules" for part in path.relative_to(root).parts):
-            found.append(path)
-        if len(found) >= _MAX_FILES:
+            paths.append(path)
+        if len(paths) >= _MAX_FILES:
             break
-    return sorted(found)
+    return sorted(paths)
 
 
 def _names_of(path: Path, documents: Documents) -> Names | None:
@@ -328,14 +328,14 @@ def renamed(documents: Documents, document: Document, cursor: int, new: str) -> 
         raise RefusedError(reason)
     if target.word:
         _check_word(documents, document, new)
-    found = references(documents, document, target)
+    locations = references(documents, document, target)
     edits: Edits = {}
-    for place in found:
+    for place in locations:
         replaced = _respelled(place.span.text, target, new)
         if replaced is not None:
             edits.setdefault(file_of(place.span), []).append((place.span, replaced))
     for path in edits:
-        _check_file(documents, path, edits, target, found, new)
+        _check_file(documents, path, edits, target, locations, new)
     return edits
 
 
@@ -368,7 +368,7 @@ def _respelled(old: str, target: Target, new: str) -> str | None:
 
 
 def _check_file(
-    documents: Documents, path: Path, edits: Edits, target: Target, found: Sequence[Location], new: str
+    documents: Documents, path: Path, edits: Edits, target: Target, locations: Sequence[Location], new: str
 ) -> None:
     """Raise RefusedError if renaming adds errors to a file, or changes the meaning of its names."""
     texts = {other.resolve(): _edited(changes)[0] for other, changes in edits.items()}
@@ -424,14 +424,14 @@ _SYMBOLS = {
 def outline(names: Names) -> list[lsp.DocumentSymbol]:
     """Return the top-level definitions of a file, with the definitions nested in their bodies."""
     place = names.version.place
-    found = []
+    symbols = []
     for _, piece in names.version.pieces:
         for datum in piece.form.datums:
             symbol = _symbol(datum, place)
             if symbol is not None:
                 symbol.children = list(_inner(datum, place))
-                found.append(symbol)
-    return found
+                symbols.append(symbol)
+    return symbols
 
 
 def _symbol(datum: Datum, place: Any) -> lsp.DocumentSymbol | None:
@@ -540,15 +540,15 @@ def code_actions(document: Document, uri: str, params: lsp.CodeActionParams) -> 
     first, last = offset(source, params.range.start), offset(source, params.range.end)
     diagnostics = document.analyse().diagnostics
     kinds = params.context.only
-    found: list[lsp.CodeAction] = []
+    actions: list[lsp.CodeAction] = []
     if kinds is None or any(lsp.CodeActionKind.QuickFix.startswith(kind) for kind in kinds):
         for diagnostic in diagnostics:
             span = diagnostic.span
             if span is not None and span.source is source and span.start <= last and first <= span.end:
-                found += _for(diagnostic, source, uri)
+                actions += _for(diagnostic, source, uri)
     if kinds is None or any(lsp.CodeActionKind.SourceFixAll.startswith(kind) for kind in kinds):
-        found += _fix_all(document, uri)
-    return found
+        actions += _fix_all(document, uri)
+    return actions
 
 
 def _for(diagnostic: Diagnostic, source: Source, uri: str) -> Iterator[lsp.CodeAction]:
@@ -575,7 +575,7 @@ def _fix_all(document: Document, uri: str) -> Iterator[lsp.CodeAction]:
 
 
 def _action(
-    title: str, uri: str, edits: list[lsp.TextEdit], about: list[lsp.Diagnostic], preferred: bool = False
+    title: str, uri: str, edits: list[lsp.TextEdit], about: list[lsp.Diagnostic], *, preferred: bool = False
 ) -> lsp.CodeAction:
     edit = lsp.WorkspaceEdit({uri: edits})
     return lsp.CodeAction(title, lsp.CodeActionKind.QuickFix, about, is_preferred=preferred or None, edit=edit)

@@ -42,16 +42,16 @@ def visible_inlays(document: Document, first: int, last: int, kinds: bool = Fals
         return []
     version = names.version
     results = version.program.kinds.of(version.program)
-    found = []
+    hints = []
     for form, result in zip(version.program.forms, results):
         place = version.place(form.span)
         if place.source is not document.source or not _overlaps(place, first, last):
             continue
-        for span, label in _hints(form, result.kinds, kinds):
+        for span, label in _hints(form, result.kinds, with_kinds=kinds):
             at = version.place(span)
             if first <= at.source.position(at.start)[0] - 1 <= last:
-                found.append((at, label))
-    return [_inlay(at, label) for at, label in sorted(found, key=lambda row: row[0].start)]
+                hints.append((at, label))
+    return [_inlay(at, label) for at, label in sorted(hints, key=lambda row: row[0].start)]
 
 
 def _overlaps(span: Span, first: int, last: int) -> bool:
@@ -64,7 +64,7 @@ def _inlay(at: Span, label: str) -> lsp.InlayHint:
     return lsp.InlayHint(position(at.source, at.start), label, kind=lsp.InlayHintKind.Parameter, padding_right=True)
 
 
-def _hints(form: Any, kinds: dict[Any, Kind], with_kinds: bool) -> Iterator[tuple[Span, str]]:
+def _hints(form: Any, kinds: dict[Any, Kind], *, with_kinds: bool) -> Iterator[tuple[Span, str]]:
     for node in walk(form):
         if node.span.expansion is not None:
             continue
@@ -114,15 +114,15 @@ _COLORS = re.compile(
 def color_swatches(document: Document) -> list[lsp.ColorInformation]:
     """Return the literal colors of a document, as sRGB."""
     text = document.source.text
-    found = []
+    swatches = []
     for match in _COLORS.finditer(text):
         try:
             red, green, blue = _components(match)
         except SceneError:
             continue
         span = Span(document.source, *match.span())
-        found.append(lsp.ColorInformation(range_of(span), lsp.Color(red, green, blue, 1.0)))
-    return found
+        swatches.append(lsp.ColorInformation(range_of(span), lsp.Color(red, green, blue, 1.0)))
+    return swatches
 
 
 def _components(match: re.Match[str]) -> tuple[float, float, float]:
@@ -153,7 +153,7 @@ def color_notations(source: Source, color: lsp.Color, range_: lsp.Range) -> list
 def foldable_ranges(document: Document) -> list[lsp.FoldingRange]:
     """Return the forms and the runs of comment lines that take several lines."""
     source = document.source
-    found: list[lsp.FoldingRange] = []
+    ranges: list[lsp.FoldingRange] = []
     opened: list[int] = []
     comment: tuple[int, int] | None = None  # first and last line of a run of comment lines
     for kind, start, end in lexemes(source.text, 0, len(source.text)):
@@ -164,20 +164,20 @@ def foldable_ranges(document: Document) -> list[lsp.FoldingRange]:
         if kind == "space":
             continue
         if comment is not None and comment[1] > comment[0]:
-            found.append(lsp.FoldingRange(*comment, kind=lsp.FoldingRangeKind.Comment))
+            ranges.append(lsp.FoldingRange(*comment, kind=lsp.FoldingRangeKind.Comment))
         comment = None
         if kind == "open":
             opened.append(line)
         elif kind == "close" and opened:
             first, last = opened.pop(), line
-            if last > first and not any(each.start_line == first and each.end_line == last for each in found[-1:]):
-                found.append(lsp.FoldingRange(first, last))
+            if last > first and not any(each.start_line == first and each.end_line == last for each in ranges[-1:]):
+                ranges.append(lsp.FoldingRange(first, last))
         elif kind in ("block", "string") and (last := source.position(end)[0] - 1) > line:
             kind_ = lsp.FoldingRangeKind.Comment if kind == "block" else None
-            found.append(lsp.FoldingRange(line, last, kind=kind_))
+            ranges.append(lsp.FoldingRange(line, last, kind=kind_))
     if comment is not None and comment[1] > comment[0]:
-        found.append(lsp.FoldingRange(*comment, kind=lsp.FoldingRangeKind.Comment))
-    return _outermost(found)
+        ranges.append(lsp.FoldingRange(*comment, kind=lsp.FoldingRangeKind.Comment))
+    return _outermost(ranges)
 
 
 def _outermost(ranges: list[lsp.FoldingRange]) -> list[lsp.FoldingRange]:
@@ -419,9 +419,9 @@ def _navigation(server: Server) -> None:
         target = target_at(document, params)
         if target is None:
             return []
-        found = references.references(server.documents, document, target)
+        locations = references.references(server.documents, document, target)
         with_definition = params.context.include_declaration
-        return [_location(server, place.span) for place in found if with_definition or not place.defines]
+        return [_location(server, place.span) for place in locations if with_definition or not place.defines]
 
     @server.answers(lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
     def highlight(document: Document, params: lsp.DocumentHighlightParams) -> list[lsp.DocumentHighlight]:

@@ -246,7 +246,9 @@ def build_server(
     _add_pictures(server, bench)
     _add_help(server)
     _add_sessions(server, bench)
-    _add_edits(server, bench)
+    _add_text_edits(server, bench)
+    _add_object_edits(server, bench)
+    _add_history(server, bench)
     _add_inspection(server, bench)
     if writer is not None:
         _add_files(server, bench)
@@ -604,8 +606,8 @@ def _add_sessions(server: SceneServer, bench: Bench) -> None:
         return _result(tools.answer([f"closed {session}", *([left] if left else [])], {"ok": True}))
 
 
-def _add_edits(server: SceneServer, bench: Bench) -> None:
-    """Add the tools that edit a session."""
+def _add_text_edits(server: SceneServer, bench: Bench) -> None:
+    """Add the tools that edit the text of a session."""
 
     @server.tool(annotations=_EDITS)
     async def edit(
@@ -639,6 +641,10 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         changed, at, count = workbench.substituted(draft.text, old, new, every)
         draft.set(changed)
         return await bench.changed(draft, workbench.around(draft.text, at, len(new)), {"replaced": count})
+
+
+def _add_object_edits(server: SceneServer, bench: Bench) -> None:
+    """Add the tools that edit the program of a session by its objects: one of them, what is wrong, or all that fall."""
 
     @server.tool(annotations=_EDITS)
     async def edit_part(
@@ -701,6 +707,10 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         """Let the scene come to rest under gravity, and put the new poses into the program; one line for each body.
         Undoable."""
         return await bench.rewrite(bench.sessions[session], workbench.settle, seconds)
+
+
+def _add_history(server: SceneServer, bench: Bench) -> None:
+    """Add the tools that go back and forth among the edits of a session."""
 
     @server.tool(annotations=_EDITS)
     async def undo(

@@ -125,14 +125,14 @@ def section_text(name: str, is_python: bool = False) -> str:
         raise SceneError("value", f"unknown section `{name}` of the primer", hint)
     section = SECTIONS[name]
     groups = taught_groups(section.groups)
-    lines = [*_primitives(section, is_python), *(python_lines(groups) if is_python else group_lines(groups))]
+    lines = [*_primitives(section, is_python=is_python), *(python_lines(groups) if is_python else group_lines(groups))]
     flags = ", ".join(f"`{flag}=True`" if is_python else f"`:{flag}`" for flag in FRAME_FLAGS)
     told = in_python_terms(section.text) if is_python else section.text
     text = [told.format(flags=flags)] if told else []
-    return "\n".join([f"## {section.title}\n", *lines, *_relations(section, is_python), *text])
+    return "\n".join([f"## {section.title}\n", *lines, *_relations(section, is_python=is_python), *text])
 
 
-def _primitives(section: PromptSection, is_python: bool) -> Iterator[str]:
+def _primitives(section: PromptSection, *, is_python: bool) -> Iterator[str]:
     """Yield the primitives of a section, and its decorators of Python mode."""
     yield from (f"- `@{name}()`: {HELPERS[name].note}" for name in section.helpers if is_python)
     if section.primitives and is_python:
@@ -142,7 +142,7 @@ def _primitives(section: PromptSection, is_python: bool) -> Iterator[str]:
         yield from list(primitive_lines(section.primitives))[1:]  # without the heading
 
 
-def _relations(section: PromptSection, is_python: bool) -> Iterator[str]:
+def _relations(section: PromptSection, *, is_python: bool) -> Iterator[str]:
     """Yield the relations of a section."""
     for name in section.relations:
         usage, doc = (python_relation if is_python else relation_usage)(name), RELATIONS[name].doc

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from scenelang.session.session import Evaluated
 
 MAX_TRIALS = 40  # evaluations for one program
-_EFFORT = 10.0  # budget of all trials in units of `Trials`: about 10 s
+_TRIALS_EFFORT = 10.0  # budget of all trials in units of `Trials`: about 10 s
 _MAX_ERRORS = 3  # errors that get candidates; later ones often follow from the first
 _MAX_TEXT_LENGTH = 100_000  # characters of a program
 _DEFINITION_LENGTH = 3  # items of `(define name value)`
@@ -65,7 +65,7 @@ def with_tested(source: Source, diagnostics: Sequence[Diagnostic], evaluate: Eva
     open_errors = [d for d in errors if not d.fixes and d.name in _CANDIDATES and _place(d, source) is not None]
     if not open_errors or len(source.text) > _MAX_TEXT_LENGTH or any(d.name in _BRACKETS for d in errors):
         return list(diagnostics)
-    trials = Trials(source.name, evaluate, _EFFORT, MAX_TRIALS)
+    trials = Trials(source.name, evaluate, _TRIALS_EFFORT, MAX_TRIALS)
     fixed: dict[int, Diagnostic] = {}
     program = _Program(source)
     for error in open_errors[:_MAX_ERRORS]:

@@ -84,13 +84,13 @@ def shifted(form: ListDatum, offset: FloatArray, *, computes: bool = False) -> I
     pose = form.items[2]
     if head_of(pose) != "translate" or not isinstance(pose, ListDatum) or len(pose.items) != 2:
         return
-    new = _added(pose.items[1], offset, computes)
+    new = _added(pose.items[1], offset, computes=computes)
     if new is not None:
         place, start = pose.items[1].span, form.span.start
         yield form.span.text[: place.start - start] + new + form.span.text[place.end - start :]
 
 
-def _added(place: Datum, offset: FloatArray, computes: bool) -> str | None:
+def _added(place: Datum, offset: FloatArray, *, computes: bool) -> str | None:
     """Return a vector with an offset added; None if it has expressions and ``computes`` is false."""
     is_vector = head_of(place) == "vector"
     parts = list(subdatums(place))[is_vector:]

@@ -51,14 +51,14 @@ from scenelang.repairs.whole_objects import (
 if TYPE_CHECKING:
     from scenelang.session.session import Session
 
-_EFFORT = 20.0  # budget of all trials in units of ``Trials``: about 20 s
+_FORM_EFFORT = 20.0  # budget of the trials of changed forms, in units of ``Trials``: about 20 s
 _NUMBER_EFFORT = 5.0  # the same for the numbers that place an instance
 _NAMED_COLOR = re.compile(r"[a-zA-Z][a-zA-Z ]*|#[0-9a-fA-F]{3,8}")  # what `color` takes, which people write bare
-_MAX_TESTS = 120  # evaluations of changed forms
-_MAX_PRIMITIVES = 200_000
+_MAX_FORM_TRIALS = 120  # evaluations of changed forms for one edit
+_MAX_MATCHED_PRIMITIVES = 200_000  # of a scene, which are matched with those before an edit
 _POSE_TOLERANCE = 1e-9  # relative to the scene's size: primitives closer than this have not moved
 # The same for the asked motion. It is written with 9 decimals and passes through the poses around the form.
-_MOTION_TOLERANCE = 1e-7
+_ASKED_MOTION_TOLERANCE = 1e-7
 _LINEAR_PRECISION = 1e-3  # of sizes and turns, which a precision in large units would spoil
 _MAX_COLORS = 8  # that are tried alone, those near the forms of the instances first
 _DECIMALS = 9  # of numbers that are written
@@ -234,7 +234,7 @@ class _Search:
     def __init__(self, session: Session, source: Source, edit: InstanceEdit) -> None:
         self.session, self.source, self.edit = session, source, edit
         evaluate = trials.version_evaluator(session)
-        self.trials = Trials(source.name, evaluate, _EFFORT, _MAX_TESTS)
+        self.trials = Trials(source.name, evaluate, _FORM_EFFORT, _MAX_FORM_TRIALS)
         self._number_trials = Trials(source.name, evaluate, _NUMBER_EFFORT)
         self.before = _Layout(evaluate(source).require(), edit)
         if edit.recolor is not None:
@@ -450,7 +450,7 @@ class _Layout:
     def _frames_of(self, scene: Scene) -> list[_Rows]:
         """Return the primitives of the frames; those of edits that scale or rotate are without their sizes."""
         is_sized = self.edit.scale is None and self.edit.rotate is None
-        return [_Rows(frame, is_sized=is_sized) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
+        return [_Rows(frame, is_sized=is_sized) for frame in flatten(scene, _MAX_MATCHED_PRIMITIVES).frames]
 
     def changes(self) -> Iterator[FloatArray]:
         """Yield the changes (K,) of the poses of the instances that the edit could ask for, as ``Shift`` has them."""
@@ -516,7 +516,7 @@ class _Layout:
             outcome = _moved_rows(old, new, inside, inside, self.edit)
             if outcome is None or outcome.motion is None:
                 return None
-            if motion is not None and np.abs(motion - outcome.motion).max() > _MOTION_TOLERANCE * old.size:
+            if motion is not None and np.abs(motion - outcome.motion).max() > _ASKED_MOTION_TOLERANCE * old.size:
                 return None
             motion = outcome.motion
         if changes:
@@ -713,7 +713,7 @@ def _is_transformed(
     edit: InstanceEdit,
 ) -> bool:
     """Return whether the primitives of each instance are those before under the instance's motion."""
-    tolerance = _MOTION_TOLERANCE * max(old.size, new.size)
+    tolerance = _ASKED_MOTION_TOLERANCE * max(old.size, new.size)
     distance = np.abs(_expected(old, ranges, motions) - new.poses[after])
     is_close = distance[:, :, :3].max(initial=0.0) <= max(tolerance, min(edit.precision, _LINEAR_PRECISION))
     is_there = distance[:, :, 3].max(initial=0.0) <= max(tolerance, edit.precision)
@@ -733,7 +733,7 @@ def _moved_rows(old: _Rows, new: _Rows, before: Any, after: Any, edit: InstanceE
     if not bool((old.keys[before] == new.keys[after]).all()):
         return None
     change = new.poses[after] - old.poses[before]
-    tolerance = _MOTION_TOLERANCE * old.size
+    tolerance = _ASKED_MOTION_TOLERANCE * old.size
     motion = change[0, :, 3]
     if np.abs(change[:, :, :3]).max(initial=0.0) > tolerance or np.abs(change[:, :, 3] - motion).max() > tolerance:
         return _Outcome(0, False)

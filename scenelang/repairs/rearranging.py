@@ -34,7 +34,7 @@ _MAX_WAYS = 8  # to contacts of one finding that are tried, those of the least e
 _LEVEL_SHARE = 0.1  # of the square of a way out that is level: steeper ones do not lead sideways
 _MEANT_DEPTH = 4.0  # contact tolerances: of an overlap that joins two objects
 _NEGLIGIBLE_SHARE = 1e-3  # of the longest component of a translation: smaller components are rounding
-_MOTION_TOLERANCE = 1e-6  # relative to the size of the frame: smaller motions are rounding
+_FRAME_MOTION_TOLERANCE = 1e-6  # relative to the size of the frame: smaller motions are rounding
 _DEPTH_TOLERANCE = 1.0  # contact tolerances by which a penetration may grow
 
 
@@ -286,7 +286,7 @@ def is_sound_motion(before: CheckedFrame, after: CheckedFrame, motion: FloatArra
 def is_deforming_motion(before: CheckedFrame, motion: FloatArray) -> bool:
     """Return whether a motion (N, 3) of the corners of a frame moves parts of a body that holds as it is apart."""
     length = np.linalg.norm(motion, axis=1).reshape(-1, 2).max(axis=1)[before.solids.row]
-    return _is_deformed(before, motion, np.asarray(length > _MOTION_TOLERANCE * before.solids.size, bool))
+    return _is_deformed(before, motion, np.asarray(length > _FRAME_MOTION_TOLERANCE * before.solids.size, bool))
 
 
 def is_deeper_motion(before: CheckedFrame, after: CheckedFrame, motion: FloatArray) -> bool:
@@ -301,7 +301,7 @@ def _moved(before: CheckedFrame, after: CheckedFrame, motion: FloatArray) -> Boo
     if len(old) != len(new) or (old.row != new.row).any() or not len(old):
         return np.zeros(len(old), bool)
     length = np.linalg.norm(motion, axis=1).reshape(-1, 2).max(axis=1)[old.row]
-    return np.asarray(length > _MOTION_TOLERANCE * old.size, bool)
+    return np.asarray(length > _FRAME_MOTION_TOLERANCE * old.size, bool)
 
 
 def _sinks_ground(before: CheckedFrame, after: CheckedFrame) -> bool:
@@ -328,7 +328,7 @@ def _is_deformed(before: CheckedFrame, motion: FloatArray, moved: BoolArray) -> 
     return any(
         verdict.holds
         and bool(moved[rows].any())
-        and bool((np.ptp(of_solids[rows], axis=0) > _MOTION_TOLERANCE * before.solids.size).any())
+        and bool((np.ptp(of_solids[rows], axis=0) > _FRAME_MOTION_TOLERANCE * before.solids.size).any())
         for rows, verdict in zip(facts.bodies.members, facts.verdicts, strict=True)
     )
 

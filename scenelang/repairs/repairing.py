@@ -84,13 +84,13 @@ _FIX_EFFORT = 10.0  # of the fixes that `check` offers
 # Limits of the search. Each literal costs one evaluation per version, each part three.
 MAX_EDITS = 20
 _MAX_FIXED = 3  # findings that get a fix in `check`
-_MAX_LITERALS = 400
-_MAX_PARTS = 60
-_MAX_TESTS = 16  # candidates tested for one finding and kind of edit
+_MAX_CHANGED_LITERALS = 400  # of a program, the first ones: 400 evaluations for the derivatives of a version
+_MAX_CHANGED_PARTS = 60  # members of unions, the first ones: 180 evaluations for those of a version
+_MAX_CANDIDATES_OF_FINDING = 16  # the cheapest ones, for one finding and kind of edit
 _MAX_UNPOSED_VERSIONS = 6  # versions without a pose whose literals are tried
 _MAX_COMPARED = 20_000  # primitives of a part that are compared with the remaining ones
 _MAX_CORRECTIONS = 4  # of a motion that is not linear in the literals (Newton's method with the first derivatives)
-_MAX_SECANT_STEPS = 4
+_MAX_SECANT_STEPS = 4  # towards the value of a literal at which a declaration holds: two evaluations each
 _MAX_TITLE_LENGTH = 40  # characters of an edit in the title of a fix
 # Steps and tolerances of the derivatives, which are forward differences in double precision.
 _LITERAL_STEP = 1e-4  # relative to a literal, or to the scene's size for a part
@@ -595,7 +595,7 @@ class _Search:
             self._by_form,
         )  # fmt: skip
         for candidates in ways:
-            most = _MAX_TESTS + len(_SLIPS_TO_ROOM) * _MAX_SLIPS_OF_KIND
+            most = _MAX_CANDIDATES_OF_FINDING + len(_SLIPS_TO_ROOM) * _MAX_SLIPS_OF_KIND
             better = self.trials.first(cheapest(candidates(now, goal), _key, tried, most), sound)
             if better is not None:
                 return better
@@ -640,7 +640,7 @@ class _Search:
         ):
             return None
         self._unposed_texts.add(version.text)
-        for candidate in cheapest(self._by_literals(version, left), _key, set(), _MAX_TESTS):
+        for candidate in cheapest(self._by_literals(version, left), _key, set(), _MAX_CANDIDATES_OF_FINDING):
             if not self.trials.can_go_on:
                 return None
             further = self._applied(version, candidate)
@@ -749,7 +749,7 @@ class _Search:
 
     def _by_number(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
         """Yield changes of literals that reach an aim of a goal, and those that a slip of the author suggests."""
-        yield from cheapest(self._by_literals(now, goal), _key, set(), _MAX_TESTS)
+        yield from cheapest(self._by_literals(now, goal), _key, set(), _MAX_CANDIDATES_OF_FINDING)
         slips = sorted(self._by_slip(now, goal), key=lambda candidate: candidate.cost)
         kinds = Counter[str]()
         for slip in slips:
@@ -995,7 +995,7 @@ class _Search:
         if goal.key[0] != "twin":
             yield from self._unwrapped(now, goal)
         groups = unions_of(Source(self.name, now.text))
-        parts = [part for group in groups for part in group][:_MAX_PARTS]
+        parts = [part for group in groups for part in group][:_MAX_CHANGED_PARTS]
         if goal.key[0] in _OVERLAP_KINDS:
             duplicates = [part for part in parts if self._is_duplicate(now, part)]
             yield from (
@@ -1030,7 +1030,7 @@ class _Search:
         source = Source(self.name, now.text)
         edits = [Edit(form.span, form.items[1].span.text) for form in poses_of(source)]
         edits += [Edit(angle.span, "0") for angle in angles_of(source)]
-        for edit in edits[: 2 * _MAX_PARTS]:
+        for edit in edits[: 2 * _MAX_CHANGED_PARTS]:
             if not self.trials.can_go_on:
                 return
             version = self._applied(now, _Candidate((edit,), 0.0))
@@ -1268,7 +1268,7 @@ def literals_of(source: Source) -> list[_Literal]:
     forms = read(source).forms
     bound = {_called(form) for form in forms if _head(form) == "bind"}
     stack: list[tuple[Datum, Datum | None, bool]] = [(form, None, False) for form in reversed(forms)]
-    while stack and len(literals) < _MAX_LITERALS:
+    while stack and len(literals) < _MAX_CHANGED_LITERALS:
         datum, parent, places = stack.pop()
         if isinstance(datum, Atom):
             if type(datum.value) in (int, float) and math.isfinite(datum.value):

@@ -30,7 +30,7 @@ _MAX_VALUE = 120  # characters of a value in a condition
 _MAX_NAMES = 8  # variables in scope, the innermost first
 _MAX_CONDITIONS = 3  # that are tried at a form
 _MAX_FORMS = 6  # that are tried on each level
-_MAX_PRIMITIVES = 200_000
+_MAX_MATCHED_PRIMITIVES = 200_000  # of a scene, as in ``instance_edits``
 # Combinators that copy an object or call a function of the indices of the copy, with the argument that is the object
 # and the number of indices (``Template`` in `stdlib/combinators.scene`).
 _TEMPLATES = {"ring": (2, 1), "along": (1, 1), "scatter": (2, 1), "scatter-on": (1, 1), "grid": (1, 3)}
@@ -244,13 +244,13 @@ class _Sites:
         if scene is None or len(scene.frames) != len(self._frames):
             return None
         hits, others = [], set[str]()
-        for root, frame, flat in zip(scene.frames, self._frames, flatten(scene, _MAX_PRIMITIVES).frames):
-            found = [_hit(root, each.positions, site.level) for each in frame]
-            if any(hit is None for hit in found):
+        for root, frame, flat in zip(scene.frames, self._frames, flatten(scene, _MAX_MATCHED_PRIMITIVES).frames):
+            hits_of_frame = [_hit(root, each.positions, site.level) for each in frame]
+            if any(hit is None for hit in hits_of_frame):
                 return None
-            hits += [hit for hit in found if hit is not None]
-            own = {hit.word for hit in found if hit is not None}
-            others |= _other_words(root, flat, found, own)
+            hits += [hit for hit in hits_of_frame if hit is not None]
+            own = {hit.word for hit in hits_of_frame if hit is not None}
+            others |= _other_words(root, flat, hits_of_frame, own)
         if not hits or len({hit.steps for hit in hits}) != 1:
             return None
         conditions = tuple(_conditions(site.names, {hit.word for hit in hits}, others))

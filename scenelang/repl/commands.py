@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 def commands() -> tuple[Command, ...]:
     """Return all commands in the order of the help."""
 
-    found = (*ABOUT_COMMANDS, *SCENE_COMMANDS, *FILE_COMMANDS, *MODEL_COMMANDS)
+    every = (*ABOUT_COMMANDS, *SCENE_COMMANDS, *FILE_COMMANDS, *MODEL_COMMANDS)
     order = _ORDER.split()
-    return tuple(sorted(found, key=lambda command: order.index(command.name)))
+    return tuple(sorted(every, key=lambda command: order.index(command.name)))
 
 
 _ORDER = """help doc apropos source tree count bounds expand time trace load reload watch render view export generate
@@ -86,11 +86,11 @@ def _apropos(repl: Repl, rest: str) -> None:
 
     text = operand_of(rest, "apropos", "a search text").lower()
     own = [(name, "") for name, binding in repl.evaluation.top.names() if not isinstance(binding, Builtin)]
-    found = [(name, _kind(repl, name)) for name, _ in own if text in name.lower() and not name.startswith("*")]
-    found += [(f'"{w}"', "word of this session") for w in repl.evaluation.top.file.words if text in w.lower()]
+    matches = [(name, _kind(repl, name)) for name, _ in own if text in name.lower() and not name.startswith("*")]
+    matches += [(f'"{w}"', "word of this session") for w in repl.evaluation.top.file.words if text in w.lower()]
     near = [record for record in records() if text in record.name.lower()]
     far = [record for record in records() if record not in near and text in record.doc.lower()]
-    rows = [*found, *((record.name, record.doc) for record in [*near, *far])]
+    rows = [*matches, *((record.name, record.doc) for record in [*near, *far])]
     if not rows:
         repl.screen.rows([f"no results for `{rest[:40]}`"])
         return
@@ -484,13 +484,13 @@ def _differences(old: Scene, new: Scene) -> Iterator[str]:
     from scenelang.interpreter.scene.flatten import flatten
 
     before, after = (compared_frame(flatten(scene, 2 * _COMPARED).frames[0]) for scene in (old, new))
-    found = compare_frames(before, after)
-    if found.equal:
+    comparison = compare_frames(before, after)
+    if comparison.equal:
         yield "no primitive changed"
         return
     for number, what in (
-        (len(found.moved), "moved"), (len(found.recolored), "recolored"),
-        (len(found.missing), "removed"), (len(found.extra), "added"),
+        (len(comparison.moved), "moved"), (len(comparison.recolored), "recolored"),
+        (len(comparison.missing), "removed"), (len(comparison.extra), "added"),
     ):  # fmt: skip
         if number:
             yield f"{number:,} {what}"

@@ -167,8 +167,8 @@ class SceneCompleter(Completer):
     def _in_command(self, text: str, document: Document, event: CompleteEvent) -> Iterator[Completion]:
         name, blank, rest = text.lstrip()[1:].partition(" ")
         if not blank:
-            found = [(f",{command.name}", command.doc) for command in commands()]
-            yield from _matching(f",{name}", found)
+            offered = [(f",{command.name}", command.doc) for command in commands()]
+            yield from _matching(f",{name}", offered)
             return
         command = next((c for c in commands() if c.name.startswith(name.rstrip("!"))), None)
         if command is not None and command.operand == "FILE":
@@ -179,17 +179,17 @@ class SceneCompleter(Completer):
             yield from self._in_form(rest)
 
     def _in_form(self, text: str) -> Iterator[Completion]:
-        found = scan(text)
-        if found.is_comment:
+        scanned = scan(text)
+        if scanned.is_comment:
             return
-        if found.string is not None:
-            if _WORD_PLACE.search(text[: found.string]):
-                yield from _matching(text[found.string + 1 :], self._words())
+        if scanned.string is not None:
+            if _WORD_PLACE.search(text[: scanned.string]):
+                yield from _matching(text[scanned.string + 1 :], self._words())
             return
         match = _SYMBOL.search(text)
         prefix = match[0] if match is not None else ""
         if prefix.startswith(":"):
-            opener = text[found.openers[-1] :] if found.openers else ""
+            opener = text[scanned.openers[-1] :] if scanned.openers else ""
             yield from _matching(prefix, self._attributes(opener))
         else:
             yield from _matching(prefix, self._names())
@@ -256,9 +256,9 @@ def _type(parameter: Any) -> str:
     return str(parameter.type.name) if parameter.type is not None else ""
 
 
-def _matching(prefix: str, found: Iterable[tuple[str, str]]) -> Iterator[Completion]:
+def _matching(prefix: str, offered: Iterable[tuple[str, str]]) -> Iterator[Completion]:
     """Return matches of the prefix by name first, then names that contain it."""
-    rows = sorted(dict(found).items())
+    rows = sorted(dict(offered).items())
     matches = [row for row in rows if row[0].startswith(prefix)]
     held = [row for row in rows if len(prefix) > 2 and prefix in row[0][1:] and row not in matches]
     for text, doc in [*matches, *held]:
@@ -277,10 +277,10 @@ _CLAUSES = ("cond", "case")  # forms with clauses of a test and a body
 def indentation(text: str, indents: Mapping[str, int | None]) -> int:
     """Return the indentation of the line after ``text``. ``indents`` maps each form to the number of operands on the
     head's line before its body, or None if operands are aligned."""
-    found = scan(text)
-    if not found.openers or found.string is not None:
+    scanned = scan(text)
+    if not scanned.openers or scanned.string is not None:
         return 0
-    opener = found.openers[-1]
+    opener = scanned.openers[-1]
     column = opener - (text.rfind("\n", 0, opener) + 1)
     if text[opener] == "[":
         return column + 1
@@ -288,7 +288,7 @@ def indentation(text: str, indents: Mapping[str, int | None]) -> int:
     if head is None:
         return column + 1
     name, after = head[0], text[head.end() :]
-    around = _HEAD.match(text, found.openers[-2] + 1) if len(found.openers) > 1 else None
+    around = _HEAD.match(text, scanned.openers[-2] + 1) if len(scanned.openers) > 1 else None
     if around is not None and around[0] in _CLAUSES:
         return column + 1
     if name == "let" and re.match(r"\s+[^\s()]", after):
@@ -333,8 +333,8 @@ def _datum_end(text: str, start: int) -> int:
     low, high = start + 1, len(text)
     for close in re.finditer(r"[)\]]", text[low:high]):
         end = low + close.end()
-        found = scan(text[start:end])
-        if not found.openers and found.string is None:
+        scanned = scan(text[start:end])
+        if not scanned.openers and scanned.string is None:
             return end
     return len(text)
 
@@ -347,7 +347,7 @@ def run(evaluation: ReplEvaluation, color: bool, quiet: bool, request: RequestRe
     """Run until Ctrl-D or ``,quit``; returns the number of failed inputs."""
     screen = Screen(_write, _write, color, protocol_of(os.environ), _ask, quiet)
     repl = Repl(evaluation, screen, commands(), request)
-    session = _session(evaluation, color)
+    session = _session(evaluation, color=color)
     repl.wake = lambda: _wake(repl, session.app)
     if not quiet:
         _write("The Scene Language. `,help` lists the commands, Ctrl-D exits.")
@@ -422,7 +422,7 @@ def _ask(question: str) -> bool:
     return answer.strip().lower() in ("y", "yes")
 
 
-def _session(evaluation: ReplEvaluation, color: bool) -> PromptSession[str]:
+def _session(evaluation: ReplEvaluation, *, color: bool) -> PromptSession[str]:
     session: PromptSession[str] = PromptSession(
         history=_history(),
         multiline=True,

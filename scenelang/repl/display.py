@@ -238,14 +238,14 @@ def _rows(root: _Node, prefix: str, inner: str) -> Iterator[str]:
 
 def _groups(parts: Iterable[Any]) -> list[tuple[Entity, int]]:
     """Group adjacent parts with the same word and number of parts, with a count."""
-    found: list[tuple[Entity, int]] = []
+    groups: list[tuple[Entity, int]] = []
     for part in islice(parts, _MAX_EXAMINED):
         entity = part.car
-        if found and found[-1][0].word == entity.word and len(found[-1][0].children) == len(entity.children):
-            found[-1] = (found[-1][0], found[-1][1] + 1)
+        if groups and groups[-1][0].word == entity.word and len(groups[-1][0].children) == len(entity.children):
+            groups[-1] = (groups[-1][0], groups[-1][1] + 1)
         else:
-            found.append((entity, 1))
-    return found
+            groups.append((entity, 1))
+    return groups
 
 
 MAX_LINES = 12

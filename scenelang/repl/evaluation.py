@@ -270,7 +270,7 @@ class ReplEvaluation:
         """Evaluate the forms of an input; errors are returned as diagnostics and never raised."""
 
         work: _Work = lambda give, warn: self.top.evaluate(source, give, warn, whole)
-        return self._account(work, source, whole)
+        return self._account(work, source, whole=whole)
 
     def load(self, path: str) -> EvaluationOutcome:
         """Evaluate a file as one input."""
@@ -290,10 +290,10 @@ class ReplEvaluation:
         work: _Work = lambda give, warn: self.top.reload(source, give, warn)
         return self._account(work, source, whole=True)
 
-    def _account(self, work: _Work, source: Source, whole: bool) -> EvaluationOutcome:
+    def _account(self, work: _Work, source: Source, *, whole: bool) -> EvaluationOutcome:
         """Run an evaluation and return its outcome: values, diagnostics, log, time and counts."""
         values: list[Any] = []
-        found: list[Diagnostic] = []
+        diagnostics: list[Diagnostic] = []
         rt = self.top.rt
 
         def give(given: FormResult) -> None:
@@ -306,14 +306,14 @@ class ReplEvaluation:
         if watched is not None:
             # the position that the monitor reports if it has to kill this process
             watched.note(Span(source, 0, len(source.text)))
-        problem = self.attempt(lambda: work(give, found.append))
+        problem = self.attempt(lambda: work(give, diagnostics.append))
         if values or problem is None:
             self._recent = (_brief(source.text), values[-1]) if values and not whole else None
         seconds = time.perf_counter() - started
-        found = [moved_diagnostic(each, self.top.place) for each in (*found, *rt.warnings.values())]
+        diagnostics = [moved_diagnostic(each, self.top.place) for each in (*diagnostics, *rt.warnings.values())]
         if problem is not None:
-            found.append(_with_command(problem))
-        shown = settled(found, {d.span.source.name: d.span.source for d in found if d.span}.values())
+            diagnostics.append(_with_command(problem))
+        shown = settled(diagnostics, {d.span.source.name: d.span.source for d in diagnostics if d.span}.values())
         return EvaluationOutcome(tuple(values), shown, tuple(rt.log), seconds, rt.meter.total, rt.entities)
 
     def attempt(self, action: Callable[[], Any]) -> Diagnostic | None:

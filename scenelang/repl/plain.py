@@ -77,12 +77,12 @@ class Plain:
 
     def _object(self, outcome: EvaluationOutcome, output: list[str]) -> None:
         value = outcome.values[-1] if outcome.values else None
-        found = capped([d for d in outcome.diagnostics if d.is_error or not self.quiet])
+        shown = capped([d for d in outcome.diagnostics if d.is_error or not self.quiet])
         data = {
             "ok": outcome.ok,
             "value": displayed(value, 100) if outcome.values else None,
             "type": type_name(value) if outcome.values else None,
-            "diagnostics": [to_json(d) for d in found],
+            "diagnostics": [to_json(d) for d in shown],
             "log": list(outcome.log),
             "output": "\n".join(output),
             "seconds": round(outcome.seconds, 6),
@@ -168,9 +168,9 @@ class _Nesting:
 
     def feed(self, line: str) -> None:
         position = 0
-        while (found := self._pattern().search(line, position)) is not None:
-            position = found.end()
-            self._note(found[0])
+        while (match := self._pattern().search(line, position)) is not None:
+            position = match.end()
+            self._note(match[0])
 
     def _pattern(self) -> re.Pattern[str]:
         return _STRING if self._is_text else _COMMENT if self._comments else _CODE

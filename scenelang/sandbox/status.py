@@ -17,7 +17,7 @@ from scenelang.grammar.diagnostics import Diagnostic, Note
 from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.types import STD
 
-_PAGE_BYTES = 1 << 16
+_STATUS_BYTES = 1 << 16  # of the memory that holds the status
 _PHASE = struct.Struct("=QdddQQQQ")  # number (0: none), start, CPU start, seconds, max. bytes, limit, pid, successor
 _PLACE = struct.Struct("=II")  # sequence (odd during a write), length
 # Offsets in the page, in bytes: the pid of the supervised process, the call chain, the reason of a kill.
@@ -63,7 +63,7 @@ class Status:
     """The page shared by monitor and supervised process; the monitor writes the reason of a kill and ``watched``."""
 
     def __init__(self) -> None:
-        self._page = mmap.mmap(-1, _PAGE_BYTES)  # shared with forked processes
+        self._page = mmap.mmap(-1, _STATUS_BYTES)  # shared with forked processes
         import json  # before a process that records its place is confined or short of memory
 
         self._json = json

@@ -500,7 +500,7 @@ def crash(number: int, chain: Chain = ()) -> Diagnostic:
 
 
 def _placed(problem: Diagnostic, chain: Chain) -> Diagnostic:
-    """Attach the position that was running to a diagnostic."""
+    """Return ``problem`` at the innermost call of ``chain``, with the outer ones as its call stack."""
     if not chain:
         return problem
     return Diagnostic(problem.name, problem.message, chain[0][1], problem.hint, problem.notes, chain[1:])

@@ -28,7 +28,7 @@ from scenelang.sandbox.status import Status
 from scenelang.sandbox.supervision import Ended, Monitor, become_child, crash, is_supported, link
 
 _HEADER = struct.Struct("=Q")
-_MAX_ANSWER_BYTES = 1 << 32
+_MAX_ANSWER_BYTES = 1 << 32  # a header that states more is garbage: the process is treated as ended
 
 
 class Worker:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Scene
 
-_MAX_ROUNDS = 3  # of fixing: errors that others hide may hide further ones
+_MAX_CHECKS_OF_FIXES = 3  # of a text with its fixes: errors that others hide may hide further ones
 _MAX_SHOWN_LENGTH = 30  # characters of a value in a hint
 # Findings that an error often causes. They are not reported for a text with fixes.
 _CONSEQUENCES = frozenset(("unused", "unreachable-word", "unreachable-code", "constant-condition", "ambiguous-root"))
@@ -279,7 +279,7 @@ def with_hidden(
     """
     by_key = {_key(d): d for d in diagnostics}
     changes: list[TextEdit] = []
-    for _ in range(_MAX_ROUNDS):
+    for _ in range(_MAX_CHECKS_OF_FIXES):
         before, changes = changes, _changes(source, by_key.values())
         if changes == before:
             break

@@ -79,13 +79,13 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 IMPORT_FORM = lazy_pattern(r'\(import\s+"([^"\n]*)"')
 _REGISTERS = lazy_pattern(r"^[ \t]*@register", re.M)
-_STACK_BYTES = 512 * 1024 * 1024
-_STACK_BYTES_PER_CALL = 8 * 1024
+_STACK_BYTES = 512 * 1024 * 1024  # of a thread: room for EXPANSION_DEPTH calls
+_STACK_BYTES_PER_CALL = 8 * 1024  # assumed of a Python call
 _STARTING = fork_safe_lock()  # threading.stack_size is a process-wide setting
 _MAX_FILE_SIZE = 16_000_000  # bytes of a program
-MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
+MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)  # of macros, which run in a check
 EXPANSION_DEPTH = 60_000  # Python frames: expansion and compilation recurse over forms, whose depth the reader bounds
-_MAX_FIX_ROUNDS = 20
+_MAX_AUTOFIXES = 20  # of one text, each with a check: one fix may enable another
 # A missing bracket is looked for by indentation, then by meaning. Every candidate text (up to 16 for each broken
 # chunk) is checked, which the command `check` does, and editors where the text rests: they check at every key.
 _MAX_RECOVERED_LENGTH = 30_000  # characters
@@ -293,7 +293,27 @@ def _spliced(datum: Datum) -> Iterator[Datum]:
 
 
 class Session:
-    """Checks and evaluates programs under one set of options."""
+    """Checks and evaluates programs under one set of options: all that leads from a text to its scene.
+
+    The command line, the Python API, editors and servers work through it. A session keeps nothing of a program, so one
+    can check and evaluate many, and the same one again after an edit.
+
+    Attributes
+    ----------
+    options : Options
+        Root, seed, values of params, limits, and which files may be imported.
+    library : Library
+        The builtins of the standard library, and the definitions that programs can import.
+
+    Examples
+    --------
+    >>> session = Session()
+    >>> source = Source("tower.scene", '(bind "tower" (lambda () (call "cube")))')
+    >>> session.check(source).ok
+    True
+    >>> session.evaluate(source).require().frames[0].word
+    'tower'
+    """
 
     def __init__(self, options: Options | None = None) -> None:
         self.options = options or Options()
@@ -424,7 +444,7 @@ class Session:
             The fixed source, and the number of fixes.
         """
         total = 0
-        for _ in range(_MAX_FIX_ROUNDS):
+        for _ in range(_MAX_AUTOFIXES):
             text, number = apply_fixes(source, self.check(source).diagnostics)
             if not number:
                 break

@@ -24,10 +24,10 @@ from scenelang.interpreter.scene.primitives import PHYSICS
 from scenelang.interpreter.values.values import Matrix
 
 FloatArray = npt.NDArray[np.float64]
-_SHOWN = 8  # names in a warning
+_MAX_LISTED_NAMES = 8  # names in a warning
 _WORDS = ("cube", "sphere", "cylinder")
 # Attributes of a primitive that the helper API has, too.
-_KEPT = frozenset({"color", "scale", "radius", "p0", "p1"})
+_SHARED_ATTRIBUTES = frozenset({"color", "scale", "radius", "p0", "p1"})
 # Attributes that a call of a bound word has whatever its function does with the others.
 _OF_EVERY_CALL = frozenset(attribute.name for attribute in PHYSICS)
 _API = """
@@ -68,7 +68,7 @@ class _Writer:
     def _lose(self, entity: Entity) -> None:
         """Note the attributes and the text of an entity that the helper API does not have."""
         given = {name for name, value in entity.embedding.attributes.items() if value is not None}
-        self._attributes |= given - _KEPT if entity.is_primitive else given & _OF_EVERY_CALL
+        self._attributes |= given - _SHARED_ATTRIBUTES if entity.is_primitive else given & _OF_EVERY_CALL
         if entity.embedding.text:
             self._texts.add(entity.embedding.text)
 
@@ -129,16 +129,16 @@ class _Writer:
     def _free(self, name: str) -> str:
         stem = re.sub(r"\W+", "_", name.lower(), flags=re.ASCII).strip("_") or "part"
         stem = f"_{stem}" if stem[0].isdigit() or keyword.iskeyword(stem) else stem
-        found = next(n for n in (stem, *(f"{stem}_{i}" for i in range(2, 1_000_000))) if n not in self._names)
-        self._names.add(found)
-        return found
+        unique = next(n for n in (stem, *(f"{stem}_{i}" for i in range(2, 1_000_000))) if n not in self._names)
+        self._names.add(unique)
+        return unique
 
 
 def _listed(names: Iterable[str]) -> str:
     """Return the first names in alphabetical order, and the number of the others."""
     ordered = sorted(names)
-    others = f" and {len(ordered) - _SHOWN} more" if len(ordered) > _SHOWN else ""
-    return ", ".join(ordered[:_SHOWN]) + others
+    others = f" and {len(ordered) - _MAX_LISTED_NAMES} more" if len(ordered) > _MAX_LISTED_NAMES else ""
+    return ", ".join(ordered[:_MAX_LISTED_NAMES]) + others
 
 
 def _quoted(text: str) -> str:

@@ -17,7 +17,8 @@ from scenelang.backends.files import atomic_write
 from scenelang.backends.pictures.draft_painter import DRAFT
 from scenelang.backends.pictures.film import save_picture
 from scenelang.backends.pictures.mitsuba import MITSUBA
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import MissingPart, SceneError
+from scenelang.interpreter.loading import EntryPoint
 from scenelang.interpreter.plugins import PluginRegistry
 
 
@@ -90,6 +91,18 @@ def test_a_broken_backend_does_not_hide_the_others(monkeypatch: pytest.MonkeyPat
         base.find("broken")
     with pytest.raises(SceneError, match="is not a Backend"):
         base.find("wrong")
+
+
+def test_a_missing_package_of_others_is_no_missing_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A part of ours that is missing is named; an error of a module that exists keeps its text."""
+    gone = EntryPoint("a", "scenelang.backends.physics.nothing:A")
+    broken = EntryPoint("b", "no_such_package_here:B")
+    monkeypatch.setattr(PluginRegistry, "_points", lambda self: {"a": gone, "b": broken})
+    with pytest.raises(MissingPart, match=r"this installation lacks the part physics, .*physics\.nothing`\)"):
+        base.find("a")
+    with pytest.raises(SceneError, match="the backend `b` cannot be loaded: No module named") as caught:
+        base.find("b")
+    assert type(caught.value) is SceneError
 
 
 def test_a_missing_package_names_its_command() -> None:

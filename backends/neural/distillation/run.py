@@ -120,12 +120,12 @@ class SavedDistillation:
 
     def groups(self) -> list[Gaussians]:
         """Return the Gaussians of every group in its frame, colors sRGB."""
-        found = []
+        gaussians = []
         for number in range(len(self.keys)):
             state = group_state(self.tensors, number)
             columns = {name.removeprefix("theta/"): state[name] for name in state if name.startswith("theta/")}
-            found.append(Theta(**columns).gaussians())
-        return found
+            gaussians.append(Theta(**columns).gaussians())
+        return gaussians
 
     def offsets(self) -> PoseOffsets:
         """Return the learned pose offsets."""
@@ -143,11 +143,11 @@ class SavedDistillation:
         import torch
 
         offsets = self.offsets()
-        found: list[list[list[float]] | None] = []
+        poses: list[list[list[float]] | None] = []
         for frame, visible in enumerate(self.instances[instance].visible):
             matrix, translation = offsets.apply(torch.tensor([instance]), frame, self.tensors["starts"])
-            found.append(torch.cat([matrix, translation[:, :, None]], 2)[0].tolist() if visible else None)
-        return found
+            poses.append(torch.cat([matrix, translation[:, :, None]], 2)[0].tolist() if visible else None)
+        return poses
 
 
 def run_config(settings: DistillationSettings, models: Sequence[str], prompt: str) -> dict[str, Any]:
@@ -204,10 +204,10 @@ def load_checkpoint(folder: Path) -> SavedDistillation:
 
 def _frozen(header: Mapping[str, Any]) -> tuple[int, ...]:
     """Return the indices of reused groups; raises ValueError for an index out of range."""
-    found = tuple(int(number) for number in header["frozen"])
-    if any(not 0 <= number < len(header["keys"]) for number in found):
+    numbers = tuple(int(number) for number in header["frozen"])
+    if any(not 0 <= number < len(header["keys"]) for number in numbers):
         raise ValueError("a reused group does not exist")
-    return found
+    return numbers
 
 
 def _check(saved: SavedDistillation) -> None:
@@ -260,11 +260,11 @@ _FORCE_HINT = "use --force to start over, or --start DIR to reuse the parts that
 def unchanged_groups(saved: SavedDistillation, scene: SceneGroups) -> dict[int, dict[str, Tensor]]:
     """Return the states of the groups with equal prompt and box in an earlier run."""
     indices = {key: number for number, key in enumerate(saved.keys)}
-    found = {}
+    states = {}
     for number, group in enumerate(scene.groups):
         if group_key(group) in indices:
-            found[number] = group_state(saved.tensors, indices[group_key(group)])
-    return found
+            states[number] = group_state(saved.tensors, indices[group_key(group)])
+    return states
 
 
 # Outputs besides the checkpoint: a preview during the run; Gaussians and poses at its end.

@@ -163,11 +163,11 @@ def visible_by_group(instances: Sequence[VisibleInstance], frame: int, like: Ten
     """Return the indices (M,) of a frame's visible instances by group, on the device of ``like``."""
     import torch
 
-    found: dict[int, list[int]] = {}
+    numbers_by_group: dict[int, list[int]] = {}
     for number, instance in enumerate(instances):
         if instance.visible[frame]:
-            found.setdefault(instance.group, []).append(number)
-    return {group: torch.tensor(numbers, device=like.device) for group, numbers in found.items()}
+            numbers_by_group.setdefault(instance.group, []).append(number)
+    return {group: torch.tensor(numbers, device=like.device) for group, numbers in numbers_by_group.items()}
 
 
 def repeat_indices(count: int, members: Tensor) -> Tensor:

@@ -378,18 +378,18 @@ class GroupOptimizer:
         """Return everything needed to resume, as tensors."""
         import torch
 
-        found = {
+        tensors = {
             "turns": torch.tensor(self.step_count),
             "pull": self._gradient_norms,
             "pulls": torch.tensor(self._gradient_count),
         }
         for name, column in self.theta.columns().items():
-            found[f"theta/{name}"] = column.detach()
+            tensors[f"theta/{name}"] = column.detach()
             if column.grad is not None:
-                found[f"gradient/{name}"] = column.grad
+                tensors[f"gradient/{name}"] = column.grad
             for key, value in self._adam.state.get(column, {}).items():
-                found[f"adam/{name}/{key}"] = value
-        return found
+                tensors[f"adam/{name}/{key}"] = value
+        return tensors
 
     def restore(self, state: dict[str, Tensor]) -> None:
         """Load a state."""
@@ -584,13 +584,13 @@ class DistillationTrainer:
             message = f"the loss of step {self.step_number + 1} for `{prompt}` is not finite"
             raise SceneError("unsupported", message, hint="reduce --guidance, check the weights, or omit --half")
         torch.autograd.backward(loss)
-        self._apply_gradients(group, scene is not None)
+        self._apply_gradients(group, has_scene=scene is not None)
         group.finish_step(generator)
         self.step_number += 1
         terms = (sds, scene, axis_ratio, layout)
         return Losses(*(0.0 if term is None else float(term.detach()) for term in terms))
 
-    def _apply_gradients(self, group: GroupOptimizer, has_scene: bool) -> None:
+    def _apply_gradients(self, group: GroupOptimizer, *, has_scene: bool) -> None:
         """Update the group and, after a scene term, the pose offsets.
 
         The scene's gradients for other groups accumulate until their own steps.
@@ -627,11 +627,11 @@ class DistillationTrainer:
         members = [i for i, each in enumerate(self.scene.instances) if each.group == number][:_MAX_POSES]
         for i in members:
             by_frame.setdefault(int(np.argmax(self.scene.instances[i].visible)), []).append(i)
-        found = [
+        matrices = [
             self.offsets.apply(torch.tensor(indices), frame, self._initial_poses)[0]
             for frame, indices in by_frame.items()
         ]
-        return torch.cat(found)
+        return torch.cat(matrices)
 
     def _scene_term(self, done: float) -> Tensor:
         """Return the SDS term of the scene model for one view of a frame, conditioned on the program's depth."""
@@ -743,13 +743,13 @@ class DistillationTrainer:
         """Return everything needed to resume, as tensors on the CPU."""
         import torch
 
-        found = {"step": torch.tensor(self.step_number), "starts": self._initial_poses}
+        tensors = {"step": torch.tensor(self.step_number), "starts": self._initial_poses}
         for name, column in self.offsets.columns().items():
-            found[f"poses/{name}"] = column.detach()
-            found |= {f"poses/adam/{name}/{key}": value for key, value in self._adam.state.get(column, {}).items()}
+            tensors[f"poses/{name}"] = column.detach()
+            tensors |= {f"poses/adam/{name}/{key}": value for key, value in self._adam.state.get(column, {}).items()}
         for number, group in enumerate(self.groups):
-            found |= {f"figure/{number}/{name}": tensor for name, tensor in group.state().items()}
-        return {name: tensor.detach().cpu().contiguous() for name, tensor in found.items()}
+            tensors |= {f"figure/{number}/{name}": tensor for name, tensor in group.state().items()}
+        return {name: tensor.detach().cpu().contiguous() for name, tensor in tensors.items()}
 
     def restore(self, state: Mapping[str, Tensor]) -> None:
         """Load a state."""

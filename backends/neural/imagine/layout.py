@@ -276,8 +276,8 @@ def cells_in(box: Box, shape: tuple[int, int]) -> list[int]:
 
 
 def _interval(low: float, high: float, cells: int) -> Sequence[int]:
-    found = [i for i in range(cells) if low <= (i + 0.5) / cells <= high]
-    return found or [min(cells - 1, max(0, int(0.5 * (low + high) * cells)))]
+    inside = [i for i in range(cells) if low <= (i + 0.5) / cells <= high]
+    return inside or [min(cells - 1, max(0, int(0.5 * (low + high) * cells)))]
 
 
 # Regional attention: training-free layout conditioning, where the prompt of an instance affects only its box.

@@ -100,11 +100,11 @@ def processor_of(key: str) -> tuple[str, str]:
 
     Raises SceneError("weights") for an unexpected key.
     """
-    found = _KEY.match(key)
-    if found is None:
+    match = _KEY.match(key)
+    if match is None:
         raise SceneError("weights", f"unexpected key `{key[:120]}` in MIGC's checkpoint")
     # each level of Stable Diffusion 1 has two down blocks or three up blocks, numbered consecutively in the checkpoint
-    block, number, inner = found[1], int(found[2]), found[3]
+    block, number, inner = match[1], int(match[2]), match[3]
     if block == "middle_block":
         layer = "mid_block.attentions.0"
     elif block == "input_blocks":
@@ -116,29 +116,29 @@ def processor_of(key: str) -> tuple[str, str]:
 
 def original_block(processor: str) -> str:
     """Return the checkpoint's block for a processor of diffusers' down or up blocks; raises SceneError("weights")."""
-    found = _LEVEL.match(processor)
-    if found is None:
+    match = _LEVEL.match(processor)
+    if match is None:
         raise SceneError("weights", f"`{processor[:120]}` is not a layer of MIGC")
-    level, index = int(found[2]), int(found[3])
+    level, index = int(match[2]), int(match[3])
     return (
-        f"input_blocks.{3 * level + index + 1}" if found[1] == "down_blocks" else f"output_blocks.{3 * level + index}"
+        f"input_blocks.{3 * level + index + 1}" if match[1] == "down_blocks" else f"output_blocks.{3 * level + index}"
     )
 
 
 def expected_shapes(width: int, text: int) -> dict[str, tuple[int, ...]]:
     """Return the shape of every tensor of a layer with ``width`` channels, for text tokens of width ``text``."""
-    found: dict[str, tuple[int, ...]] = {"norm.weight": (width,), "norm.bias": (width,)}
+    shapes: dict[str, tuple[int, ...]] = {"norm.weight": (width,), "norm.bias": (width,)}
     for part, context in (("ea", text), ("la", width)):
-        found |= {f"{part}.to_q.weight": (width, width), f"{part}.to_k.weight": (width, context)}
-        found |= {f"{part}.to_v.weight": (width, context)} | _layer(f"{part}.to_out.0", width, width)
-    found |= _layer("sac.conv1", width, width + 1, 1, 1) | _layer("sac.conv2", 1, width, 1, 1)
+        shapes |= {f"{part}.to_q.weight": (width, width), f"{part}.to_k.weight": (width, context)}
+        shapes |= {f"{part}.to_v.weight": (width, context)} | _layer(f"{part}.to_out.0", width, width)
+    shapes |= _layer("sac.conv1", width, width + 1, 1, 1) | _layer("sac.conv2", 1, width, 1, 1)
     for part, channels, hidden in (("sac.cbam1", width, width // 16), ("sac.cbam2", SLOTS, SLOTS)):
-        found |= _layer(f"{part}.ChannelGate.mlp.1", hidden, channels)
-        found |= _layer(f"{part}.ChannelGate.mlp.3", channels, hidden)
-        found[f"{part}.SpatialGate.spatial.conv.weight"] = (1, 2, 7, 7)
+        shapes |= _layer(f"{part}.ChannelGate.mlp.1", hidden, channels)
+        shapes |= _layer(f"{part}.ChannelGate.mlp.3", channels, hidden)
+        shapes[f"{part}.SpatialGate.spatial.conv.weight"] = (1, 2, 7, 7)
     for layer, out_features, in_features in ((0, 512, 64), (2, 512, 512), (4, text, 512)):
-        found |= _layer(f"pos_net.linears_position.{layer}", out_features, in_features)
-    return found
+        shapes |= _layer(f"pos_net.linears_position.{layer}", out_features, in_features)
+    return shapes
 
 
 def _layer(name: str, out: int, *rest: int) -> dict[str, tuple[int, ...]]:
@@ -150,17 +150,17 @@ def _check(processor: str, layer: Mapping[str, Any]) -> None:
     if not {"norm.weight", "ea.to_k.weight"} <= layer.keys() or layer["ea.to_k.weight"].ndim != 2:
         raise SceneError("weights", f"MIGC's weights are incomplete: missing tensors of {processor}")
     expected = expected_shapes(len(layer["norm.weight"]), layer["ea.to_k.weight"].shape[1])
-    found = {name: tuple(tensor.shape) for name, tensor in layer.items()}
-    if found != expected:
-        wrong = sorted(name for name in expected.keys() | found.keys() if expected.get(name) != found.get(name))
+    shapes = {name: tuple(tensor.shape) for name, tensor in layer.items()}
+    if shapes != expected:
+        wrong = sorted(name for name in expected.keys() | shapes.keys() if expected.get(name) != shapes.get(name))
         message = f"unexpected shape of `{wrong[0]}` in MIGC's weights for {processor}"
         raise SceneError("weights", message)
 
 
 def _read(file: Path) -> Mapping[str, Any]:
     if file.suffix == ".safetensors":
-        found: Mapping[str, Any] = require("safetensors.torch", INSTALL).load_file(file)
-        return found
+        tensors: Mapping[str, Any] = require("safetensors.torch", INSTALL).load_file(file)
+        return tensors
     loaded = require("torch", INSTALL).load(file, map_location="cpu", weights_only=True)
     return loaded.get("state_dict", loaded) if isinstance(loaded, dict) else {}
 
@@ -355,8 +355,8 @@ def attention(weights: Mapping[str, Any], part: str, queries: Any, context: Any,
     if mask is not None:
         empty = ~mask.any(dim=-1, keepdim=True)
         q, mask = q.masked_fill(empty, 0.0), mask | empty  # a softmax over no keys would be NaN
-    found = torch.nn.functional.scaled_dot_product_attention(q, k, v, attn_mask=mask)
-    return _linear(weights, f"{part}.to_out.0", found.transpose(1, 2).flatten(2))
+    attended = torch.nn.functional.scaled_dot_product_attention(q, k, v, attn_mask=mask)
+    return _linear(weights, f"{part}.to_out.0", attended.transpose(1, 2).flatten(2))
 
 
 def shared_box_mask(masks: _BoxMasks) -> Any:

@@ -193,17 +193,17 @@ def _header(data: bytes) -> _Header:
 
 def _fields(lines: list[list[str]]) -> list[tuple[str, str]]:
     """Parse the properties of the vertices to names with numpy types."""
-    found: dict[str, str] = {}
+    types: dict[str, str] = {}
     for words in lines:
         if words[0] != "property":
             break
-        if len(words) != 3 or words[1] not in _TYPES or words[2] in found or len(found) >= _MAX_PROPERTIES:
+        if len(words) != 3 or words[1] not in _TYPES or words[2] in types or len(types) >= _MAX_PROPERTIES:
             raise _invalid(f"unsupported property `{' '.join(words)[:60]}`")
-        found[words[2]] = _TYPES[words[1]]
-    missing = [name for name in _NAMES if name not in found and name not in _OPTIONAL]
+        types[words[2]] = _TYPES[words[1]]
+    missing = [name for name in _NAMES if name not in types and name not in _OPTIONAL]
     if missing:
         raise _invalid(f"missing property `{missing[0]}`")
-    return list(found.items())
+    return list(types.items())
 
 
 def _is_count(text: str) -> bool:

@@ -78,10 +78,10 @@ def sample_solid(
         return SurfaceSamples(np.zeros((0, 3)), np.zeros((0, 3)), 0.0)
     counts = _apportion([chart.area for chart in charts], count)
     # a different shift per chart, so that points on both sides of a flat form do not coincide
-    found = [
+    samples = [
         chart.place(*_fibonacci_lattice(n, seed + i)) for i, (chart, n) in enumerate(zip(charts, counts, strict=True))
     ]
-    return SurfaceSamples(np.concatenate([p for p, _ in found]), np.concatenate([n for _, n in found]), area)
+    return SurfaceSamples(np.concatenate([p for p, _ in samples]), np.concatenate([n for _, n in samples]), area)
 
 
 def sample_triangles(corners: FloatArray, count: int, seed: int = 0) -> tuple[SurfaceSamples, IntArray]:

@@ -44,8 +44,8 @@ def backward(
 
     columns = _arrays(ellipses)
     transmittance, finished_at, box = (each.numpy() for each in saved)
-    found = kernels.backward(*columns, box, transmittance, finished_at, grad_image.numpy(), grad_alpha.numpy())
-    centers, conics, opacities, features = (torch.from_numpy(each) for each in found)
+    gradients = kernels.backward(*columns, box, transmittance, finished_at, grad_image.numpy(), grad_alpha.numpy())
+    centers, conics, opacities, features = (torch.from_numpy(each) for each in gradients)
     return centers, conics, opacities, features
 
 
@@ -130,7 +130,7 @@ def _autograd_function() -> Any:
         def backward(ctx: Any, grad_image: Tensor, grad_alpha: Tensor) -> tuple[Tensor | None, ...]:
             columns, saved = ctx.saved_tensors[:5], ctx.saved_tensors[5:]
             ellipses = _ellipses(columns, ctx.size)
-            found = ctx.engine.backward(ellipses, saved, grad_image.contiguous(), grad_alpha.contiguous())
-            return (None, None, *found, None)
+            gradients = ctx.engine.backward(ellipses, saved, grad_image.contiguous(), grad_alpha.contiguous())
+            return (None, None, *gradients, None)
 
     return Composite

@@ -461,7 +461,7 @@ Operation = Callable[[Parameters, Sequence["Manifold"]], "Manifold"]
 
 
 def _boolean(name: str) -> Operation:
-    """Return the boolean operation of a member of Manifold's ``OpType``."""
+    """Return the boolean operation ``name``, a member of Manifold's ``OpType``: "Add", "Subtract" or "Intersect"."""
 
     def run(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
         """Combine all operands at once."""

@@ -35,10 +35,10 @@ NON_ZERO, EVEN_ODD = "NonZero", "EvenOdd"  # fill rules of Manifold
 MAX_CROSSINGS = 4_000_000  # pairs of edges that may cross in one operation: about 3 s
 MAX_COORDINATE = 1e9  # Clipper2 computes with 64-bit integers
 MAX_OFFSET = 1_000_000  # points of an offset profile before it is simplified
-_MAX_CURVE_PIECES = 256  # of a flattened curve
-_SAME = 1e-9  # of the size: points that close are one; cross products that small are 0
-_SAME_AREA = 1e-6  # of the box of a contour; Manifold rounds its points to about nine digits
-_ON_AXIS = 1e-15  # sines and cosines that small are rounding errors of 0
+_MAX_CURVE_PIECES = 256  # straight pieces of a flattened curve, however small the tolerance is
+_EQUAL_DISTANCE = 1e-9  # of the size: points that close are one; cross products that small are 0
+_NEGLIGIBLE_AREA = 1e-6  # of the box of a contour; Manifold rounds its points to about nine digits
+_NEGLIGIBLE_SINE = 1e-15  # sines and cosines that small are rounding errors of 0
 
 
 # --- shapes ----------------------------------------------------------------------------------------------------------
@@ -47,7 +47,7 @@ _ON_AXIS = 1e-15  # sines and cosines that small are rounding errors of 0
 def on_circle(radius: float, angles: FloatArray) -> FloatArray:
     """Return points (K, 2) at angles from the x axis toward the y axis; those on an axis are exactly on it."""
     unit = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return np.asarray(radius * np.where(np.abs(unit) < _ON_AXIS, 0.0, unit), np.float64)
+    return np.asarray(radius * np.where(np.abs(unit) < _NEGLIGIBLE_SINE, 0.0, unit), np.float64)
 
 
 def regular_polygon(sides: int, radius: float) -> FloatArray:
@@ -91,7 +91,7 @@ def rectangle(width: float, height: float, radius: float, segments: int) -> Floa
 def _distinct(points: FloatArray) -> FloatArray:
     """Drop the points of a contour that are equal to the one before."""
     size = float(np.ptp(points, axis=0).max(initial=0.0))
-    is_new = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1) > _SAME * size
+    is_new = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1) > _EQUAL_DISTANCE * size
     return np.asarray(points[is_new], np.float64)
 
 
@@ -321,7 +321,7 @@ def _shared_corner(contour: FloatArray) -> tuple[float, float] | None:
     The area of a simple contour is the same by its corners, by winding and by parity.
     """
     areas = [abs(area_of(contour)), *(section_of([contour], rule).area() for rule in (NON_ZERO, EVEN_ODD))]
-    if max(areas) - min(areas) <= _SAME_AREA * float(np.prod(np.ptp(contour, axis=0))):
+    if max(areas) - min(areas) <= _NEGLIGIBLE_AREA * float(np.prod(np.ptp(contour, axis=0))):
         return None
     _, first, counts = np.unique(contour, axis=0, return_index=True, return_counts=True)
     x, y = contour[first[counts > 1].min() if (counts > 1).any() else 0].tolist()
@@ -339,7 +339,7 @@ def _are_crossed(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> 
     Each segment must have its ends on different sides of the line through the other one.
     """
     scale = np.linalg.norm(b - a, axis=1) * np.linalg.norm(d - c, axis=1)
-    near = _SAME * np.maximum(scale, 1e-300)
+    near = _EQUAL_DISTANCE * np.maximum(scale, 1e-300)
     left, right = _cross(b - a, c - a), _cross(b - a, d - a)
     below, above = _cross(d - c, a - c), _cross(d - c, b - c)
     first = (np.minimum(left, right) < -near) & (np.maximum(left, right) > near)
@@ -390,7 +390,7 @@ class Unreadable(ValueError):
 
 
 _COMPONENT_POINTS = 8  # cost of a component: glyphs of an untrusted font may consist of nothing else
-_MAX_COMPONENT_DEPTH = 16
+_MAX_COMPONENT_DEPTH = 16  # glyphs in glyphs: an untrusted font may nest them without end
 
 
 class OutlinePen:

@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 
     from fontTools.ttLib import TTFont
 
-MAX_FONT_BYTES = 32_000_000
-MAX_TEXT = 10_000  # characters
+MAX_FONT_BYTES = 32_000_000  # of a font file, which is read as a whole
+MAX_TEXT = 10_000  # characters of a text whose outlines are made
 _MAX_PIECES = 20_000  # points and components of one glyph
 _MAX_PROGRAM_BYTES = 1_000_000  # of one CFF glyph, with its subroutines
-_MAX_SUBROUTINE_DEPTH = 32
+_MAX_SUBROUTINE_DEPTH = 32  # nested calls in a CFF glyph: an untrusted font may nest them without end
 _MAX_SUBTABLES = 1_000  # of kerning
 _TOLERANCE_EMS = 1.0 / 2000.0  # distance of flattened curves from the outline
 _STEPS_PER_FONT = 1024  # charged before a font is read, so that the meter checks the clock

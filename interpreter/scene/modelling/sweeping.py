@@ -326,7 +326,9 @@ def twisted(contours: Contours, height: float, twist: float, taper: FloatArray, 
     corners = np.concatenate(contours)
     vertices = _twisted_rings(corners, height, twist, taper, layers).reshape(-1, 3)
     is_rightward = twist < 0.0
-    sides = _twisted_sides(vertices, contours, layers, is_rightward, _TIE_SHARE * float(np.abs(corners).max()))
+    sides = _twisted_sides(
+        vertices, contours, layers, _TIE_SHARE * float(np.abs(corners).max()), is_rightward=is_rightward
+    )
     caps = _caps(contours)
     return vertices, np.concatenate([sides, caps[:, ::-1], caps + layers * len(corners)])
 
@@ -341,7 +343,9 @@ def _twisted_rings(corners: FloatArray, height: float, twist: float, taper: Floa
     return np.stack([cosine * x - sine * y, sine * x + cosine * y, z], axis=-1)
 
 
-def _twisted_sides(vertices: FloatArray, contours: Contours, layers: int, is_rightward: bool, tie: float) -> IntArray:
+def _twisted_sides(
+    vertices: FloatArray, contours: Contours, layers: int, tie: float, *, is_rightward: bool
+) -> IntArray:
     """Return the triangles (F, 3) between the rings of ``_twisted_rings``, which ``vertices`` are in order.
 
     The quadrilateral between a corner, the next one of its contour, and both in the ring above is split along its

@@ -67,7 +67,7 @@ class Collections:
 
 def find_collections(names: PythonNames, liveness: Liveness) -> Collections:
     """Return the lists and generators of a program whose items are collected first and read later."""
-    found = Collections()
+    collections = Collections()
     finder = _Finder(names, liveness)
     for function in names.ordered:
         if isinstance(function.node, ast.Lambda):
@@ -75,20 +75,20 @@ def find_collections(names: PythonNames, liveness: Liveness) -> Collections:
         if function.is_generator:
             collection = finder.of_generator(function)
             if collection is not None:
-                found.by_generator[function] = collection
+                collections.by_generator[function] = collection
         for block in _blocks(function.body):
             for collection in finder.in_block(block):
                 assert collection.start is not None
-                found.by_start[collection.start] = collection
+                collections.by_start[collection.start] = collection
         for block in _blocks(function.body):
             for statement, call in finder.functional(block):
-                found.functional.add(statement)
-                found.additions.add(call)
-    _drop_entangled(found)
-    _drop_carried(found, liveness)
-    for collection in found.by_start.values():
-        found.additions |= collection.additions
-    return found
+                collections.functional.add(statement)
+                collections.additions.add(call)
+    _drop_entangled(collections)
+    _drop_carried(collections, liveness)
+    for collection in collections.by_start.values():
+        collections.additions |= collection.additions
+    return collections
 
 
 Addition = tuple[ast.expr, bool]
@@ -279,11 +279,11 @@ class _Finder:
         return all(isinstance(store, ast.Name) for store in variable.stores)
 
     def _variables_in(self, statement: ast.stmt) -> Counter[PythonVariable]:
-        found = self._contents.get(statement)
-        if found is None:
+        contents = self._contents.get(statement)
+        if contents is None:
             variables = self._names.variables
-            found = self._contents[statement] = Counter(variables[n] for n in walk_tree(statement) if n in variables)
-        return found
+            contents = self._contents[statement] = Counter(variables[n] for n in walk_tree(statement) if n in variables)
+        return contents
 
     def _count(self, node: ast.AST, variable: PythonVariable) -> int:
         if isinstance(node, ast.stmt):
@@ -300,9 +300,9 @@ class _Finder:
     def _collect(self, statement: ast.stmt, collection: Collection) -> bool:
         """Return whether a statement only adds to the list, in a way that a comprehension can express."""
         variable = collection.variable
-        found = additions(statement, variable, self._names)
-        if found is not None:
-            if any(self._count(value, variable) for value, _ in found):
+        added = additions(statement, variable, self._names)
+        if added is not None:
+            if any(self._count(value, variable) for value, _ in added):
                 return False
             node = statement.value if isinstance(statement, ast.Expr) else statement
             collection.additions.add(node)
@@ -332,10 +332,10 @@ class _Finder:
         return False
 
 
-def _drop_entangled(found: Collections) -> None:
+def _drop_entangled(lists: Collections) -> None:
     """Drop collections that share an adding statement with another one; these lists remain mutable."""
     owners: dict[ast.stmt, list[Collection]] = {}
-    for collection in [*found.by_start.values(), *found.by_generator.values()]:
+    for collection in [*lists.by_start.values(), *lists.by_generator.values()]:
         for adder in collection.adders:
             if isinstance(adder, (ast.For, ast.If)):
                 owners.setdefault(adder, []).append(collection)
@@ -343,18 +343,18 @@ def _drop_entangled(found: Collections) -> None:
         if len(collections) > 1:
             for collection in collections:
                 if collection.start is not None:
-                    found.by_start.pop(collection.start, None)
+                    lists.by_start.pop(collection.start, None)
                 else:
-                    found.by_generator = {f: c for f, c in found.by_generator.items() if c is not collection}
+                    lists.by_generator = {f: c for f, c in lists.by_generator.items() if c is not collection}
 
 
-def _drop_carried(found: Collections, liveness: Liveness) -> None:
+def _drop_carried(lists: Collections, liveness: Liveness) -> None:
     """Drop collections whose variable must outlive iterations of a loop that does not add to it.
 
     The variables of the other collections need not be cells.
     """
     by_variable: dict[PythonVariable, list[Collection]] = {}
-    for collection in found.by_start.values():
+    for collection in lists.by_start.values():
         by_variable.setdefault(collection.variable, []).append(collection)
     for variable, collections in by_variable.items():
         adders = {adder for collection in collections for adder in collection.adders}
@@ -365,7 +365,7 @@ def _drop_carried(found: Collections, liveness: Liveness) -> None:
             continue
         for collection in collections:
             assert collection.start is not None
-            del found.by_start[collection.start]
+            del lists.by_start[collection.start]
 
 
 def _exits_loop(body: Sequence[ast.stmt]) -> bool:
@@ -470,15 +470,15 @@ class Effects:
         reads: set[PythonVariable] = set()
         writes: set[PythonVariable] = set()
         for node in _walk(nodes):
-            found = self._facts.effect_nodes.get(node, 0)
+            effect = self._facts.effect_nodes.get(node, 0)
             if type(node) is ast.Call or type(node) is ast.Attribute:
                 for target in self._facts.callbacks.get(node, ()):
-                    found |= self._facts.effects.get(target, 0)
+                    effect |= self._facts.effects.get(target, 0)
                     read, written = self._cells_of(target)
                     reads |= read
                     writes |= written
-            draws |= bool(found & DRAWS)
-            changes |= bool(found & CHANGES)
+            draws |= bool(effect & DRAWS)
+            changes |= bool(effect & CHANGES)
             if type(node) is ast.Name:
                 variable = self._names.variables.get(node)
                 if variable is not None and variable.is_cell:

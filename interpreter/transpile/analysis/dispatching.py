@@ -24,19 +24,19 @@ def without_dispatch(tree: ast.Module) -> None:
 def _rewrite(owner: Any, tree: ast.Module) -> None:
     for function in [each for each in owner.body if isinstance(each, ast.FunctionDef)]:
         if any(ast.unparse(d).rpartition(".")[2] in _DISPATCHING for d in function.decorator_list):
-            found = _implementations(function, owner)
+            implementations = _implementations(function, owner)
             uses = [
                 n for n in walk_tree(tree) if isinstance(n, ast.Attribute) and ast.unparse(n.value) == function.name
             ]
-            count = sum(len(each.decorator_list) for each, _ in found or ())
-            if found and count == len(uses):  # nothing else is asked of the function, such as `dispatch`
-                _write(function, found, owner, tree)
+            count = sum(len(each.decorator_list) for each, _ in implementations or ())
+            if implementations and count == len(uses):  # nothing else is asked of the function, such as `dispatch`
+                _write(function, implementations, owner, tree)
 
 
 def _implementations(function: ast.FunctionDef, owner: Any) -> list[tuple[ast.FunctionDef, list[str]]] | None:
     """Return the functions that are registered for another, with their classes; None if these are not known."""
     place = 1 if isinstance(owner, ast.ClassDef) else 0
-    found: list[tuple[ast.FunctionDef, list[str]]] = []
+    implementations: list[tuple[ast.FunctionDef, list[str]]] = []
     for each in owner.body:
         decorators = each.decorator_list if isinstance(each, ast.FunctionDef) else []
         own = [d for d in decorators if _registers(d, function.name)]
@@ -51,8 +51,8 @@ def _implementations(function: ast.FunctionDef, owner: Any) -> list[tuple[ast.Fu
             kinds += _classes_in(argument)
         if not kinds:
             return None
-        found.append((each, kinds))
-    return found
+        implementations.append((each, kinds))
+    return implementations
 
 
 def _registers(decorator: ast.expr, name: str) -> bool:
@@ -82,15 +82,15 @@ def _classes_in(node: ast.expr | None) -> list[str]:
 
 
 def _write(
-    function: ast.FunctionDef, found: list[tuple[ast.FunctionDef, list[str]]], owner: Any, tree: ast.Module
+    function: ast.FunctionDef, implementations: list[tuple[ast.FunctionDef, list[str]]], owner: Any, tree: ast.Module
 ) -> None:
     """Write the tests into a function, in place, and give the implementations names."""
     classes = {each.name: each for each in tree.body if isinstance(each, ast.ClassDef)}
-    rows = [(kind, each) for each, kinds in found for kind in kinds]
+    rows = [(kind, each) for each, kinds in implementations for kind in kinds]
     if any(kind not in classes and kind not in _BUILTINS for kind, _ in rows):
         return
     taken = names_in(tree)
-    for each, kinds in found:
+    for each, kinds in implementations:
         each.name = free_name(f"{function.name}_{kinds[0]}".lower(), taken)
         each.decorator_list = []
     rows.sort(key=lambda row: (-_depth(row[0], classes), row[0] != "bool"))  # the narrowest class first

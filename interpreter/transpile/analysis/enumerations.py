@@ -51,25 +51,26 @@ class _Enumeration:
 
 def without_enumerations(tree: ast.Module) -> ast.Module:
     """Write the enumerations of a module, in place, as constants."""
-    found = {each.name: made for each in tree.body if isinstance(each, ast.ClassDef) and (made := _enumeration(each))}
-    if not found:
+    classes = [each for each in tree.body if isinstance(each, ast.ClassDef)]
+    enumerations = {each.name: made for each in classes if (made := _enumeration(each))}
+    if not enumerations:
         return tree
     parents = parents_of(tree)
     names = {n.id for n in walk_tree(tree) if isinstance(n, ast.Name)}
     used = {n.attr for n in walk_tree(tree) if isinstance(n, ast.Attribute)}
-    for name, each in [*found.items()]:
+    for name, each in [*enumerations.items()]:
         _decide(each, tree, used)
         new = {each.everything, each.finder, each.by_name, *map(each.constant, each.members)}
         nodes = [n for n in walk_tree(tree) if isinstance(n, ast.Name) and n.id == name]
         if new & names or not all(_is_understood(n, each, parents) for n in nodes):
-            del found[name]
-    for each in found.values():
+            del enumerations[name]
+    for each in enumerations.values():
         _bind_classes(each)
-    uses = _Uses(found)
+    uses = _Uses(enumerations)
     tree = uses.visit(tree)
     body: list[ast.stmt] = []
     for statement in tree.body:
-        made = found.get(statement.name) if isinstance(statement, ast.ClassDef) else None
+        made = enumerations.get(statement.name) if isinstance(statement, ast.ClassDef) else None
         body += [statement] if made is None else _written(made, uses)
     tree.body = body
     return tree
@@ -95,43 +96,43 @@ def _enumeration(node: ast.ClassDef) -> _Enumeration | None:
     decorators = {ast.unparse(each).rpartition(".")[2] for each in node.decorator_list}
     if not kinds & {*_BASES} or node.keywords or kinds - {*_BASES, "int", "str"} or decorators - {"unique"}:
         return None
-    found = _Enumeration(node, kinds)
+    enumeration = _Enumeration(node, kinds)
     last = 0
     for each in node.body:
         if isinstance(each, ast.FunctionDef) and (not each.name.startswith("__") or each.name == "__init__"):
-            found.methods.append(each)
+            enumeration.methods.append(each)
             continue
         if isinstance(each, ast.Pass) or (isinstance(each, ast.Expr) and isinstance(each.value, ast.Constant)):
             continue
         target = each.targets[0] if isinstance(each, ast.Assign) and len(each.targets) == 1 else None
         if not isinstance(each, ast.Assign) or not isinstance(target, ast.Name) or target.id.startswith("_"):
             return None
-        value: ast.expr = Substitution(found.members).visit(copy.deepcopy(each.value))
+        value: ast.expr = Substitution(enumeration.members).visit(copy.deepcopy(each.value))
         if isinstance(value, ast.Call) and ast.unparse(value.func).rpartition(".")[2] == "auto":
             following = last + 1 if not kinds & {"Flag", "IntFlag"} else 1 << last.bit_length()
             value = ast.copy_location(ast.Constant(target.id.lower() if "StrEnum" in kinds else following), value)
         if isinstance(value, ast.Constant) and type(value.value) is int:
             last = value.value
-        found.members[target.id] = value
-    for each in found.methods:
+        enumeration.members[target.id] = value
+    for each in enumeration.methods:
         if each.name == "__init__":
             each.body = [part for statement in each.body for part in _one_by_one(statement)]
-    texts = [ast.unparse(each) for each in found.members.values()]
-    if any(each.name == "__init__" and not _is_simple(each, found) for each in found.methods):
+    texts = [ast.unparse(each) for each in enumeration.members.values()]
+    if any(each.name == "__init__" and not _is_simple(each, enumeration) for each in enumeration.methods):
         return None
-    return found if texts and len(set(texts)) == len(texts) else None  # no aliases
+    return enumeration if texts and len(set(texts)) == len(texts) else None  # no aliases
 
 
-def _decide(found: _Enumeration, tree: ast.Module, used: set[str]) -> None:
+def _decide(enumeration: _Enumeration, tree: ast.Module, used: set[str]) -> None:
     """Decide whether members are plain numbers or texts."""
-    is_value = bool(found.kinds & {"IntEnum", "StrEnum", "Flag", "IntFlag", "int", "str"})
+    is_value = bool(enumeration.kinds & {"IntEnum", "StrEnum", "Flag", "IntFlag", "int", "str"})
     asked = {"name", "bit_count"} & used
-    found.is_plain = is_value and not found.methods and not asked and not _is_told(found, tree)
+    enumeration.is_plain = is_value and not enumeration.methods and not asked and not _is_told(enumeration, tree)
 
 
-def _is_told(found: _Enumeration, tree: ast.Module) -> bool:
+def _is_told(enumeration: _Enumeration, tree: ast.Module) -> bool:
     """Return whether a text may contain a member, which it names where its class is not ``IntEnum`` or ``StrEnum``."""
-    if found.kinds & {"IntEnum", "StrEnum"}:
+    if enumeration.kinds & {"IntEnum", "StrEnum"}:
         return False
     nodes = walk_tree(tree)
     told = {name_of(n.value) for n in nodes if isinstance(n, ast.FormattedValue)}
@@ -141,63 +142,63 @@ def _is_told(found: _Enumeration, tree: ast.Module) -> bool:
         if isinstance(n, ast.Call) and isinstance(n.func, ast.Name) and n.func.id in ("str", "repr", "format")
         for each in n.args
     }
-    return bool(told & ({n.arg for n in nodes if isinstance(n, ast.arg)} | _holders(found, nodes)))
+    return bool(told & ({n.arg for n in nodes if isinstance(n, ast.arg)} | _holders(enumeration, nodes)))
 
 
-def _holders(found: _Enumeration, nodes: list[ast.AST]) -> set[str]:
+def _holders(enumeration: _Enumeration, nodes: list[ast.AST]) -> set[str]:
     """Return the variables that are assigned from what names the enumeration."""
     names: set[str] = set()
     for each in nodes:
         value = getattr(each, "value", getattr(each, "iter", None))
         if isinstance(each, (ast.Assign, ast.AnnAssign, ast.For, ast.comprehension)) and value is not None:
-            if any(isinstance(n, ast.Name) and n.id == found.node.name for n in walk_tree(value)):
+            if any(isinstance(n, ast.Name) and n.id == enumeration.node.name for n in walk_tree(value)):
                 targets = each.targets if isinstance(each, ast.Assign) else [each.target]
                 names |= {n.id for target in targets for n in walk_tree(target) if isinstance(n, ast.Name)}
     return names
 
 
-def _is_understood(node: ast.Name, found: _Enumeration, parents: dict[ast.AST, ast.AST]) -> bool:
+def _is_understood(node: ast.Name, enumeration: _Enumeration, parents: dict[ast.AST, ast.AST]) -> bool:
     """Return whether the name of an enumeration stands where it is known what becomes of it."""
     parent = parents.get(node)
     if isinstance(parent, ast.Attribute):
-        return parent.attr in found.members or parent.attr in {each.name for each in found.methods}
+        return parent.attr in enumeration.members or parent.attr in {each.name for each in enumeration.methods}
     if isinstance(parent, ast.Call):
         if node is parent.func:
             return len(parent.args) == 1 and not parent.keywords and not isinstance(parent.args[0], ast.Starred)
         function = ast.unparse(parent.func).rpartition(".")[2]
         return function in (*_TAKERS, "choice", "sample", "choices") or (
-            function == "isinstance" and not found.is_plain
+            function == "isinstance" and not enumeration.is_plain
         )
     if isinstance(parent, ast.Subscript) and node is parent.value:
-        is_member = not isinstance(parent.slice, ast.Constant) or parent.slice.value in found.members
+        is_member = not isinstance(parent.slice, ast.Constant) or parent.slice.value in enumeration.members
         return is_member or is_annotation(node, parents)
     is_iterated = isinstance(parent, (ast.For, ast.comprehension)) and node is parent.iter
     return is_iterated or isinstance(parent, ast.Starred) or is_annotation(node, parents)
 
 
-def _bind_classes(found: _Enumeration) -> None:
+def _bind_classes(enumeration: _Enumeration) -> None:
     """Write the name of the class for ``cls`` in class methods."""
-    for method in found.methods:
+    for method in enumeration.methods:
         if any(ast.unparse(each) == "classmethod" for each in method.decorator_list) and method.args.args:
             cls = method.args.args.pop(0).arg
             method.decorator_list = [ast.copy_location(ast.Name("staticmethod", ast.Load()), method)]
             for each in walk_tree(method):
                 if isinstance(each, ast.Name) and each.id == cls:
-                    each.id = found.node.name
+                    each.id = enumeration.node.name
 
 
 class _Uses(ast.NodeTransformer):
     """Replaces members by constants; ``listed``, ``searched`` and ``named`` are the enumerations that need more."""
 
-    def __init__(self, found: dict[str, _Enumeration]) -> None:
-        self._found = found
+    def __init__(self, enumerations: dict[str, _Enumeration]) -> None:
+        self._enumerations = enumerations
         self.listed: set[str] = set()
         self.searched: set[str] = set()
         self.named: set[str] = set()
-        self._constants = {each.constant(m) for each in found.values() for m in each.members}
+        self._constants = {each.constant(m) for each in enumerations.values() for m in each.members}
 
     def _of(self, node: ast.AST) -> _Enumeration | None:
-        return self._found.get(node.id) if isinstance(node, ast.Name) else None
+        return self._enumerations.get(node.id) if isinstance(node, ast.Name) else None
 
     def visit_arg(self, node: ast.arg) -> ast.arg:
         return node  # annotations stay
@@ -214,32 +215,32 @@ class _Uses(ast.NodeTransformer):
         return node
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
-        found = self._of(node.value)
-        if found is not None and node.attr in found.members:
-            return ast.copy_location(ast.Name(found.constant(node.attr), ast.Load()), node)
-        if found is not None:
+        enumeration = self._of(node.value)
+        if enumeration is not None and node.attr in enumeration.members:
+            return ast.copy_location(ast.Name(enumeration.constant(node.attr), ast.Load()), node)
+        if enumeration is not None:
             return node  # a method of the class
         self.generic_visit(node)
         return node
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
-        found = self._of(node.value)
-        if found is not None and isinstance(node.slice, ast.Constant) and node.slice.value in found.members:
-            return ast.copy_location(ast.Name(found.constant(str(node.slice.value)), ast.Load()), node)
-        if found is not None:
-            self.named.add(found.node.name)
-            table = ast.copy_location(ast.Name(found.by_name, ast.Load()), node)
+        enumeration = self._of(node.value)
+        if enumeration is not None and isinstance(node.slice, ast.Constant) and node.slice.value in enumeration.members:
+            return ast.copy_location(ast.Name(enumeration.constant(str(node.slice.value)), ast.Load()), node)
+        if enumeration is not None:
+            self.named.add(enumeration.node.name)
+            table = ast.copy_location(ast.Name(enumeration.by_name, ast.Load()), node)
             return ast.copy_location(ast.Subscript(table, self.visit(node.slice), ast.Load()), node)
         self.generic_visit(node)
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
-        found = self._of(node.func)
-        if found is not None and found.is_plain and found.kinds & {"Flag", "IntFlag"}:
+        enumeration = self._of(node.func)
+        if enumeration is not None and enumeration.is_plain and enumeration.kinds & {"Flag", "IntFlag"}:
             return self.visit(node.args[0])  # type: ignore[no-any-return]
-        if found is not None:
-            self.searched.add(found.node.name)
-            node.func = ast.copy_location(ast.Name(found.finder, ast.Load()), node.func)
+        if enumeration is not None:
+            self.searched.add(enumeration.node.name)
+            node.func = ast.copy_location(ast.Name(enumeration.finder, ast.Load()), node.func)
         if isinstance(node.func, ast.Name) and node.func.id == "isinstance":
             node.args[:1] = [self.visit(each) for each in node.args[:1]]
             return node
@@ -247,11 +248,11 @@ class _Uses(ast.NodeTransformer):
         return node
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        found = self._of(node)
-        if found is None:
+        enumeration = self._of(node)
+        if enumeration is None:
             return node
-        self.listed.add(found.node.name)
-        return ast.copy_location(ast.Name(found.everything, ast.Load()), node)
+        self.listed.add(enumeration.node.name)
+        return ast.copy_location(ast.Name(enumeration.everything, ast.Load()), node)
 
     def visit_Compare(self, node: ast.Compare) -> ast.expr:
         self.generic_visit(node)
@@ -263,40 +264,40 @@ class _Uses(ast.NodeTransformer):
         return node
 
 
-def _written(found: _Enumeration, uses: _Uses) -> list[ast.stmt]:
+def _written(enumeration: _Enumeration, uses: _Uses) -> list[ast.stmt]:
     """Return the statements in place of the class of an enumeration."""
-    node = found.node
+    node = enumeration.node
     body: list[ast.stmt] = []
-    init = next((each for each in found.methods if each.name == "__init__"), None)
-    if not found.is_plain:
+    init = next((each for each in enumeration.methods if each.name == "__init__"), None)
+    if not enumeration.is_plain:
         fields = "".join(f"\n    {name}: object" for name in ("name", "value", *_fields_of(init)))
         made = ast.parse(f"@dataclass(frozen=True)\nclass {node.name}:{fields}").body[0]
         assert isinstance(made, ast.ClassDef)
         placed(made, node, is_new=True)
         made.__dict__["is_enumeration"] = True
-        made.__dict__["has_value"] = bool(found.kinds & {"IntEnum", "StrEnum", "int", "str"})
-        made.body += [uses.visit(each) for each in found.methods if each.name != "__init__"]
+        made.__dict__["has_value"] = bool(enumeration.kinds & {"IntEnum", "StrEnum", "int", "str"})
+        made.body += [uses.visit(each) for each in enumeration.methods if each.name != "__init__"]
         body.append(made)
-    for name, value in found.members.items():
+    for name, value in enumeration.members.items():
         value = uses.visit(value)
-        if not found.is_plain:
+        if not enumeration.is_plain:
             values = [value] if init is None else [value, *_values_of(init, value)]
             call = ast.Call(ast.Name(node.name, ast.Load()), [ast.Constant(name), *values], [])
             value = call
-        body.append(ast.Assign([ast.Name(found.constant(name), ast.Store())], value))
-    everything = ", ".join(map(found.constant, found.members))
+        body.append(ast.Assign([ast.Name(enumeration.constant(name), ast.Store())], value))
+    everything = ", ".join(map(enumeration.constant, enumeration.members))
     if node.name in uses.listed | uses.searched:
-        body += ast.parse(f"{found.everything} = [{everything}]").body
+        body += ast.parse(f"{enumeration.everything} = [{everything}]").body
     if node.name in uses.searched:
-        test = "each == value" if found.is_plain else "each.value == value"
+        test = "each == value" if enumeration.is_plain else "each.value == value"
         body += ast.parse(
-            f"def {found.finder}(value):\n    for each in {found.everything}:\n        if {test}:\n"
+            f"def {enumeration.finder}(value):\n    for each in {enumeration.everything}:\n        if {test}:\n"
             f"            return each\n    raise ValueError(value)"
         ).body
     if node.name in uses.named:
-        rows = ", ".join(f"{name!r}: {found.constant(name)}" for name in found.members)
-        body += ast.parse(f"{found.by_name} = {{{rows}}}").body
-    for each in body[len(found.members) + (not found.is_plain) :]:
+        rows = ", ".join(f"{name!r}: {enumeration.constant(name)}" for name in enumeration.members)
+        body += ast.parse(f"{enumeration.by_name} = {{{rows}}}").body
+    for each in body[len(enumeration.members) + (not enumeration.is_plain) :]:
         placed(each, node, is_new=True)
     for each in body:
         placed(each, node)
@@ -313,11 +314,11 @@ def _one_by_one(statement: ast.stmt) -> list[ast.stmt]:
     return [ast.copy_location(ast.Assign([t], v), statement) for t, v in zip(target.elts, statement.value.elts)]
 
 
-def _is_simple(init: ast.FunctionDef, found: _Enumeration) -> bool:
+def _is_simple(init: ast.FunctionDef, enumeration: _Enumeration) -> bool:
     """Return whether a constructor only assigns attributes from its parameters."""
     own, *parameters = [each.arg for each in init.args.args]
     count = len(parameters)
-    fits = all(count == 1 or (isinstance(v, ast.Tuple) and len(v.elts) == count) for v in found.members.values())
+    fits = all(count == 1 or (isinstance(v, ast.Tuple) and len(v.elts) == count) for v in enumeration.members.values())
     return fits and not init.args.defaults and not init.args.vararg and all(
         isinstance(each, ast.Assign) and len(each.targets) == 1 and isinstance(each.targets[0], ast.Attribute)
         and not any(isinstance(n, ast.Name) and n.id == own for n in walk_tree(each.value))

@@ -268,9 +268,9 @@ def infer_defaults(state: InferenceState, function: Function) -> None:
 def expression_type(state: InferenceState, node: ast.expr) -> AbstractType:
     """Infer the type of an expression and record it."""
     handler = _EXPRESSIONS.get(type(node))
-    found = handler(state, node) if handler is not None else ANYTHING
-    state.facts.types[node] = found
-    return found
+    inferred = handler(state, node) if handler is not None else ANYTHING
+    state.facts.types[node] = inferred
+    return inferred
 
 
 def _constant(state: InferenceState, node: ast.Constant) -> AbstractType:
@@ -351,10 +351,10 @@ def _sequence(state: InferenceState, node: ast.Tuple | ast.List) -> AbstractType
             else:
                 items = None
         else:
-            found = expression_type(state, element)
-            joined = joined | found
+            inferred = expression_type(state, element)
+            joined = joined | inferred
             if items is not None:
-                items.append(found)
+                items.append(inferred)
     if items is not None:
         return state.tuple_of(node, items, kind=kind)
     return state.container(node, kind, joined)
@@ -368,19 +368,19 @@ def _dict(state: InferenceState, node: ast.Dict) -> AbstractType:
     keys = values = other = NOTHING
     fields: dict[object, AbstractType] = {}
     for key, value in zip(node.keys, node.values):
-        found = expression_type(state, value)
+        inferred = expression_type(state, value)
         if key is None:
-            for site in state.read_sites(found):
+            for site in state.read_sites(inferred):
                 keys, values = keys | site.key, values | site.element
                 for name, inner in site.fields.items():
                     fields[name] = fields.get(name, NOTHING) | inner
                 other = other | site.other
             continue
-        keys, values = keys | expression_type(state, key), values | found
+        keys, values = keys | expression_type(state, key), values | inferred
         if isinstance(key, ast.Constant):
-            fields[key.value] = fields.get(key.value, NOTHING) | found
+            fields[key.value] = fields.get(key.value, NOTHING) | inferred
         else:
-            other = other | found
+            other = other | inferred
     return state.table(state.site(node, DICT), keys, values, fields, other)
 
 
@@ -431,10 +431,10 @@ def _boolean(state: InferenceState, node: ast.BoolOp) -> AbstractType:
     saved = dict(state.env or {})
     result = NOTHING
     for position, value in enumerate(node.values):
-        found = expression_type(state, value)
+        inferred = expression_type(state, value)
         if isinstance(node.op, ast.Or) and position < len(node.values) - 1:
-            found = found.without(NONE)
-        result = result | found
+            inferred = inferred.without(NONE)
+        result = result | inferred
         narrow(state, value, isinstance(node.op, ast.And))
     state.env = saved
     return result
@@ -487,9 +487,9 @@ def operation(
     state: InferenceState, node: ast.AST, op: ast.operator, left: AbstractType, right: AbstractType
 ) -> AbstractType:
     """Return the type of ``left op right``."""
-    found = _by_method(state, node, op, left, right)
-    if found is not None:
-        return found
+    by_method = _by_method(state, node, op, left, right)
+    if by_method is not None:
+        return by_method
     kinds = left.kinds | right.kinds
     if not left.kinds or (not right.kinds and not left.kinds & SEQUENCES):
         known = left | right
@@ -625,10 +625,10 @@ def _array_item(state: InferenceState, node: ast.AST, site: Site, index: ast.exp
         if has_slice(index):
             is_matrix = sum(isinstance(axis, ast.Slice) for axis in index.elts) > 1
             return state.container(node, ARRAY, AbstractType(ARRAY) if is_matrix else T_FLOAT)
-        found = AbstractType(ARRAY, frozenset((site,)))
+        inferred = AbstractType(ARRAY, frozenset((site,)))
         for _ in index.elts:
-            found = state.elements(found)
-        return found if found.kinds else T_FLOAT
+            inferred = state.elements(inferred)
+        return inferred if inferred.kinds else T_FLOAT
     if key.kinds & (ARRAY | LIST):
         return state.container(node, ARRAY, site.element)
     return site.element
@@ -692,15 +692,15 @@ def target_type(state: InferenceState, target: ast.expr) -> AbstractType:
     """Return the type of an assignment target before the assignment."""
     if isinstance(target, ast.Name):
         variable = state.names.variables.get(target)
-        found = state.load(variable) if variable is not None else ANYTHING
+        inferred = state.load(variable) if variable is not None else ANYTHING
     elif isinstance(target, ast.Subscript):
-        found = _item_of(state, target, expression_type(state, target.value), target.slice)
+        inferred = _item_of(state, target, expression_type(state, target.value), target.slice)
     elif isinstance(target, ast.Attribute):
-        found = _attribute_of(state, target, expression_type(state, target.value))
+        inferred = _attribute_of(state, target, expression_type(state, target.value))
     else:
-        found = ANYTHING
-    state.facts.types[target] = found
-    return found
+        inferred = ANYTHING
+    state.facts.types[target] = inferred
+    return inferred
 
 
 def assign(state: InferenceState, target: ast.expr, value: AbstractType) -> None:

@@ -149,7 +149,7 @@ def _assume_annotations(state: InferenceState, function: Function) -> None:
 # Statements.
 
 
-_MAX_NESTED_LOOPS = 5
+_MAX_NESTED_LOOPS = 5  # analyzed in order of execution: every level multiplies the work
 _MAX_ITERATIONS = 8  # of the analysis of a loop's body; types that still grow are joined by ``store``
 
 
@@ -384,13 +384,13 @@ _Departure: TypeAlias = tuple[ast.AST, str]
 
 def _changed_names(nodes: Iterable[ast.AST]) -> set[str]:
     """Return the variables whose values are changed in place: those before a method, or an index that is assigned."""
-    found: set[str] = set()
+    names: set[str] = set()
     for node in nodes:
         is_method = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
         is_stored = isinstance(node, (ast.Attribute, ast.Subscript)) and not isinstance(node.ctx, ast.Load)
         variable = variable_of(node.func if isinstance(node, ast.Call) else node) if is_method or is_stored else None
-        found |= {variable.id} if variable is not None else set()
-    return found
+        names |= {variable.id} if variable is not None else set()
+    return names
 
 
 class Departures:
@@ -409,23 +409,23 @@ class Departures:
 
     def find(self) -> list[_Departure]:
         """Return the places, and what is not supported there."""
-        found: list[_Departure] = []
+        departures: list[_Departure] = []
         for node in walk_tree(self._tree):
             if isinstance(node, ast.AugAssign):
-                found += self._in_place(node)
+                departures += self._in_place(node)
             elif self._is_lazy(node):
-                found += self._lazy(node)
+                departures += self._lazy(node)
             elif isinstance(node, ast.Call):
-                found += self._call(node)
+                departures += self._call(node)
             elif isinstance(node, (ast.Compare, ast.Dict, ast.Set, ast.DictComp, ast.SetComp)):
-                found += self._compared(node)
+                departures += self._compared(node)
             if isinstance(node, (ast.Assign, ast.For)):
-                found += self._view(node)
+                departures += self._view(node)
             if isinstance(node, ast.For):
-                found += self._interleaved(node)
+                departures += self._interleaved(node)
             if isinstance(node, ast.expr) and self._facts.type(node).kinds == SET:
-                found += self._order_of_set(node)
-        return found + self._keys()
+                departures += self._order_of_set(node)
+        return departures + self._keys()
 
     def _interleaved(self, node: ast.For) -> list[_Departure]:
         """Find a loop over a generator of which one looks at what the other changes in between."""
@@ -458,10 +458,10 @@ class Departures:
     # --- places ------------------------------------------------------------------------------------------------
 
     def _outer(self, node: ast.AST, kinds: tuple[type, ...]) -> ast.AST | None:
-        found = self._parents.get(node)
-        while found is not None and not isinstance(found, kinds):
-            found = self._parents.get(found)
-        return found
+        outer = self._parents.get(node)
+        while outer is not None and not isinstance(outer, kinds):
+            outer = self._parents.get(outer)
+        return outer
 
     def _statement(self, node: ast.AST) -> ast.AST | None:
         return node if isinstance(node, ast.stmt) else self._outer(node, (ast.stmt,))
@@ -471,18 +471,18 @@ class Departures:
 
     def _loops(self, node: ast.AST) -> list[ast.AST]:
         """Return the loops and comprehensions whose turns evaluate a node, from inside out, in its function."""
-        found: list[ast.AST] = []
+        loops: list[ast.AST] = []
         outer = self._parents.get(node)
         while outer is not None and not isinstance(outer, (ast.FunctionDef, ast.Lambda, ast.Module)):
             is_head = isinstance(outer, ast.For) and node is outer.iter
             if isinstance(outer, COMPREHENSIONS):
                 is_head = node is outer.generators[0]
             if isinstance(outer, (ast.For, ast.While, *COMPREHENSIONS)) and not is_head:
-                found.append(outer)
+                loops.append(outer)
             node, outer = outer, self._parents.get(outer)
             if isinstance(node, ast.comprehension) and isinstance(outer, COMPREHENSIONS):
                 continue
-        return found
+        return loops
 
     def _is_before(self, first: ast.AST, second: ast.AST, variable: PythonVariable) -> bool:
         """Return whether the value that ``first`` uses may be that which ``second`` changes after it."""
@@ -677,8 +677,8 @@ class Departures:
         between = block[block.index(store) + 1 : block.index(statement)]
         own, used = self._effects.of(node), {self._names.variables.get(n) for n in walk_tree(node)} - {None}
         for each in between:
-            found = self._effects.of(each)
-            if (found.has_effect and not found.commutes(own)) or any(
+            effect = self._effects.of(each)
+            if (effect.has_effect and not effect.commutes(own)) or any(
                 isinstance(n, ast.Name) and self._names.variables.get(n) in used
                 and (not isinstance(n.ctx, ast.Load) or isinstance(self._parents.get(n), ast.Attribute))
                 for n in walk_tree(each)
@@ -780,13 +780,13 @@ class Departures:
 
     def _keys(self) -> list[_Departure]:
         """Find the sets and tables with members or keys that the language compares by identity, and Python by value."""
-        found: list[_Departure] = []
+        departures: list[_Departure] = []
         for node, keys in keys_in(self._facts):
             classes = classes_compared_by_value(keys)
             what = "a `frozenset`" if keys.kinds & SET else f"an instance of `{classes[0].name}`" if classes else ""
-            if what and (not found or found[-1][0] is not node):
-                found.append((node, f"{what} as the key of a table or the member of a set"))
-        return found
+            if what and (not departures or departures[-1][0] is not node):
+                departures.append((node, f"{what} as the key of a table or the member of a set"))
+        return departures
 
     # --- views of arrays ---------------------------------------------------------------------------------------
 
@@ -852,9 +852,9 @@ class Departures:
                     inner = target
                     while isinstance(inner, ast.Subscript):
                         inner = inner.value
-                    found = self._names.variables.get(inner)
-                    if found is not None and (inner is not target or isinstance(node, ast.AugAssign)):
-                        self._updates.setdefault(found, []).append(node)
+                    changed = self._names.variables.get(inner)
+                    if changed is not None and (inner is not target or isinstance(node, ast.AugAssign)):
+                        self._updates.setdefault(changed, []).append(node)
         return list(self._updates.get(variable, ()))
 
 

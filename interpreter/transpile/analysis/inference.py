@@ -269,10 +269,10 @@ class InferenceState:
         if function not in self.queue and self.visits.get(function, 0) < _MAX_VISITS:
             self.queue.append(function)
 
-    def add_return(self, function: Function, found: AbstractType) -> None:
+    def add_return(self, function: Function, inferred: AbstractType) -> None:
         """Join a type into the result of a function; if it grows, the callers are analysed again."""
         old = self.facts.returns.get(function, NOTHING)
-        new = old | found
+        new = old | inferred
         if new is not old:
             self.facts.returns[function] = new
             for caller in self.callers.get(function, ()):
@@ -296,16 +296,16 @@ class InferenceState:
 
     def load(self, variable: PythonVariable) -> AbstractType:
         if variable.function is self.function and self.env is not None and not variable.is_assigned_elsewhere:
-            found = self.env.get(variable)
-            if found is not None:
-                return found
+            inferred = self.env.get(variable)
+            if inferred is not None:
+                return inferred
         return self.facts.variables.get(variable, NOTHING)
 
     def site(self, node: ast.AST, kind: int, tag: str = "") -> Site:
-        found = self.sites.get((node, tag))
-        if found is None:
-            found = self.sites[node, tag] = Site(node, kind)
-        return found
+        site = self.sites.get((node, tag))
+        if site is None:
+            site = self.sites[node, tag] = Site(node, kind)
+        return site
 
     def grow(
         self,
@@ -417,9 +417,9 @@ class InferenceState:
     ) -> AbstractType:
         """Join types into a table, by key for constant keys."""
         changed = False
-        for name, found in fields.items():
+        for name, added in fields.items():
             old = site.fields.get(name, NOTHING)
-            site.fields[name] = old | found
+            site.fields[name] = old | added
             changed |= site.fields[name] is not old
         joined = site.other | other
         changed |= joined is not site.other
@@ -506,7 +506,7 @@ def narrow(state: InferenceState, test: ast.expr, holds: bool) -> None:
         kinds = _isinstance_kinds(state.paths, test.args[1])
         classes = _isinstance_classes(state, test.args[1])
         if classes and not kinds:
-            _narrow_classes(state, test.args[0], classes, holds)
+            _narrow_classes(state, test.args[0], classes, holds=holds)
         elif kinds and holds:
             _restrict(state, test.args[0], kinds)
         elif kinds:
@@ -517,11 +517,11 @@ def _isinstance_classes(state: InferenceState, node: ast.expr) -> frozenset[Clas
     """Return the classes of the program in the second argument of ``isinstance``; none if it names others, too."""
     elements = node.elts if isinstance(node, ast.Tuple) else [node]
     variables = {state.names.variables.get(each) for each in elements}
-    found = frozenset(each for each in state.names.classes.values() if each.variable in variables)
-    return found if len(found) == len(elements) else frozenset()
+    classes = frozenset(each for each in state.names.classes.values() if each.variable in variables)
+    return classes if len(classes) == len(elements) else frozenset()
 
 
-def _narrow_classes(state: InferenceState, node: ast.expr, classes: frozenset[Class], holds: bool) -> None:
+def _narrow_classes(state: InferenceState, node: ast.expr, classes: frozenset[Class], *, holds: bool) -> None:
     """Narrow a variable that may be of several classes to some of them, or to the others."""
     variable = state.names.variables.get(node) if isinstance(node, ast.Name) else None
     if state.env is None or variable is None or variable not in state.env:
@@ -541,20 +541,20 @@ def _exclude(state: InferenceState, node: ast.expr, kinds: int) -> None:
     if isinstance(node, ast.Name) and state.env is not None:
         variable = state.names.variables.get(node)
         if variable is not None and variable in state.env:
-            found = state.env[variable]
-            if found.kinds & kinds:
-                state.env[variable] = found.without(kinds)
+            inferred = state.env[variable]
+            if inferred.kinds & kinds:
+                state.env[variable] = inferred.without(kinds)
 
 
 def _restrict(state: InferenceState, node: ast.expr, kinds: int) -> None:
     if isinstance(node, ast.Name) and state.env is not None:
         variable = state.names.variables.get(node)
         if variable is not None and variable in state.env:
-            found = state.env[variable]
-            if found.kinds & UNKNOWN and kinds & NUMBERS:
+            inferred = state.env[variable]
+            if inferred.kinds & UNKNOWN and kinds & NUMBERS:
                 state.env[variable] = AbstractType(kinds)
-            elif found.kinds & kinds:
-                state.env[variable] = found.without(~kinds)
+            elif inferred.kinds & kinds:
+                state.env[variable] = inferred.without(~kinds)
 
 
 def _isinstance_kinds(paths: LibraryPaths, node: ast.expr) -> int:

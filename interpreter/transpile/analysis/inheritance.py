@@ -150,8 +150,8 @@ def _with_heirs(kind: ast.expr, heirs: dict[str, list[str]]) -> ast.expr:
     if not isinstance(kind, ast.Name) or not heirs.get(kind.id):
         return kind
     names = [kind.id, *heirs[kind.id]]
-    found = ast.Tuple([ast.copy_location(ast.Name(name, ast.Load()), kind) for name in names], ast.Load())
-    return ast.copy_location(found, kind)
+    kinds = ast.Tuple([ast.copy_location(ast.Name(name, ast.Load()), kind) for name in names], ast.Load())
+    return ast.copy_location(kinds, kind)
 
 
 def _is_dataclass(node: ast.ClassDef) -> bool:

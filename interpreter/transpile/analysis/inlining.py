@@ -52,11 +52,11 @@ def without_managers(tree: ast.Module) -> ast.Module:
 
 def _functions_of(tree: ast.Module) -> dict[str, ast.FunctionDef | None]:
     """Return the functions and methods of a module by name; None for names that several have."""
-    found: dict[str, ast.FunctionDef | None] = {}
+    functions: dict[str, ast.FunctionDef | None] = {}
     for node in walk_tree(tree):
         if isinstance(node, ast.FunctionDef):
-            found[node.name] = None if node.name in found else node
-    return found
+            functions[node.name] = None if node.name in functions else node
+    return functions
 
 
 class _Inlining(ast.NodeTransformer):
@@ -80,8 +80,8 @@ class _Inlining(ast.NodeTransformer):
         if not isinstance(node, ast.Call):
             return None
         if isinstance(node.func, ast.Name):
-            found = self.functions.get(node.func.id)
-            return found if node.func.id not in self.methods else None
+            function = self.functions.get(node.func.id)
+            return function if node.func.id not in self.methods else None
         if isinstance(node.func, ast.Attribute) and node.func.attr in self.methods:
             return self.functions.get(node.func.attr)
         return None
@@ -302,7 +302,7 @@ class _Generators(_Inlining):
                     given[n] = self._taken(each, ast.copy_location(size, each)) or each
         return node
 
-    def _taken(self, call: ast.expr, limit: ast.expr, is_test: bool = False) -> ast.expr | None:
+    def _taken(self, call: ast.expr, limit: ast.expr, *, is_test: bool = False) -> ast.expr | None:
         """Return a call that lists the items of an endless generator up to a count or test; None if impossible."""
         function = self.called(call)
         if function is None or function not in self.tree.body or not is_endless(function) or not _is_quiet(function):
@@ -387,8 +387,8 @@ class _Generators(_Inlining):
         """Return the module or class that has a function, None for an inner one, or a method that is decorated."""
         owners: list[ast.Module | ast.ClassDef] = [self.tree]
         owners += [each for each in self.tree.body if isinstance(each, ast.ClassDef)]
-        found = next((each for each in owners if any(part is function for part in each.body)), None)
-        return None if isinstance(found, ast.ClassDef) and function.decorator_list else found
+        owner = next((each for each in owners if any(part is function for part in each.body)), None)
+        return None if isinstance(owner, ast.ClassDef) and function.decorator_list else owner
 
     def _with_visitor(self, function: ast.FunctionDef) -> ast.FunctionDef:
         """Return a function that passes to its first argument what the generator yields."""

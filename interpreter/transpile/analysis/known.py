@@ -248,10 +248,10 @@ def _sorted(
 def _extreme(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
-    found = infer.elements(args[0]) if len(args) == 1 else join_all(args)
+    items = infer.elements(args[0]) if len(args) == 1 else join_all(args)
     if "key" in named:
-        infer.call(named["key"], node, [found], {})
-    return found | named.get("default", NOTHING)
+        infer.call(named["key"], node, [items], {})
+    return items | named.get("default", NOTHING)
 
 
 def _sum(
@@ -295,14 +295,14 @@ def _dict(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
     key, value = (T_STR, join_all(list(named.values()))) if named else (NOTHING, NOTHING)
-    fields: dict[object, AbstractType] = {name: found for name, found in named.items()}  # noqa: C416 (the keys widen)
+    fields: dict[object, AbstractType] = {name: inferred for name, inferred in named.items()}  # noqa: C416 (the keys widen)
     other = NOTHING
     for argument in args:
         for site in infer.read_sites(argument):
             if site.kind == DICT:
                 key, value, other = key | site.key, value | site.element, other | site.other
-                for name, found in site.fields.items():
-                    fields[name] = fields.get(name, NOTHING) | found
+                for name, inferred in site.fields.items():
+                    fields[name] = fields.get(name, NOTHING) | inferred
             else:
                 key = key | infer.item_at(site.element, 0)
                 other = other | infer.item_at(site.element, 1)
@@ -657,9 +657,9 @@ def _values(infer: InferenceState, owner: AbstractType) -> AbstractType:
 def _get(
     infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
-    found = join_all([infer.field(site, node.args[0]) for site in infer.read_sites(owner)]) if node.args else NOTHING
-    found = found | (ANYTHING if owner.kinds & ~0xFFFF else NOTHING)
-    return found | (args[1] if len(args) > 1 else T_NONE)
+    item = join_all([infer.field(site, node.args[0]) for site in infer.read_sites(owner)]) if node.args else NOTHING
+    item = item | (ANYTHING if owner.kinds & ~0xFFFF else NOTHING)
+    return item | (args[1] if len(args) > 1 else T_NONE)
 
 
 def _setdefault(
@@ -698,7 +698,7 @@ def _update(
     for target in owner.sites:
         for site in [s for a in args for s in infer.read_sites(a)]:
             infer.table(target, site.key, site.element, {}, site.element)
-        infer.table(target, NOTHING, NOTHING, {name: found for name, found in named.items()}, NOTHING)  # noqa: C416
+        infer.table(target, NOTHING, NOTHING, {name: inferred for name, inferred in named.items()}, NOTHING)  # noqa: C416
     for site in [s for a in args for s in infer.read_sites(a)]:
         infer.mutate(owner, site.element, site.key, node=node)
     infer.mutate(owner, join_all(list(named.values())), T_STR if named else NOTHING, node=node)

@@ -132,8 +132,8 @@ class _Complex(ast.NodeTransformer):
         return placed(ast.Call(ast.Name("complex_number", ast.Load()), parts, []), node)
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        found = _COMPLEX_CALLS.get(self._path_of(node) or "")
-        name = "complex_number" if node.id == "complex" else found or node.id
+        complex_call = _COMPLEX_CALLS.get(self._path_of(node) or "")
+        name = "complex_number" if node.id == "complex" else complex_call or node.id
         return ast.copy_location(ast.Name(name, node.ctx), node)
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
@@ -230,8 +230,8 @@ def _is_own(name: str, nodes: Iterable[ast.AST]) -> bool:
 
 def _is_asked(uses: list[ast.Name], parents: dict[ast.AST, ast.AST], kind: str) -> bool:
     """Return whether a program takes items of an iterator by ``next``, and does nothing else that matters."""
-    found = [_use(each, parents) for each in uses]
-    return "next" in found and all(each == "next" or (each and kind == "iter") for each in found)
+    ways = [_use(each, parents) for each in uses]
+    return "next" in ways and all(each == "next" or (each and kind == "iter") for each in ways)
 
 
 def _use(name: ast.Name, parents: dict[ast.AST, ast.AST]) -> str:

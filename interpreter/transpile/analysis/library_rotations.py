@@ -382,9 +382,9 @@ def with_rotations(tree: ast.Module, path_of: Callable[[ast.AST], str | None]) -
     A program that uses more of scipy's module stays as it is.
     """
     nodes = walk_tree(tree)
-    found = [each for each in nodes if path_of(each) == ROTATIONS]
+    names = [each for each in nodes if path_of(each) == ROTATIONS]
     inner = {id(each.value) for each in nodes if isinstance(each, ast.Attribute) and path_of(each) == ROTATIONS}
-    uses = [each for each in found if id(each) not in inner]
+    uses = [each for each in names if id(each) not in inner]
     used = {each.attr for each in nodes if isinstance(each, ast.Attribute) and path_of(each.value) == ROTATIONS}
     others = {path for each in nodes if (path := path_of(each) or "").startswith("scipy.")} - {ROTATIONS, MODULE}
     others = {path for path in others if not path.startswith(f"{ROTATIONS}.") and not MODULE.startswith(path)}

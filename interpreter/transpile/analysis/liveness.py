@@ -222,10 +222,10 @@ class Liveness:
         """Return the variables of the current function that ``node`` reads, including in nested functions."""
         if node is None:
             return _EMPTY
-        found = self._used.get(node)
-        if found is None:
+        live = self._used.get(node)
+        if live is None:
             variables = self._names.variables
-            found = self._used[node] = frozenset(
+            live = self._used[node] = frozenset(
                 variables[n]
                 for n in walk_tree(node)
                 if type(n) is ast.Name
@@ -233,7 +233,7 @@ class Liveness:
                 and not variables[n].is_comprehension
                 and (type(n.ctx) is ast.Load or _is_augmented(n, node))
             )
-        return found
+        return live
 
     def _assigned(self, *targets: ast.AST) -> Live:
         variables = self._names.variables
@@ -381,12 +381,12 @@ class Liveness:
 
 def _loops_around(node: ast.AST, loops: dict[ast.AST, ast.AST]) -> list[ast.AST]:
     """Return the loops around a node of a function's body, innermost first."""
-    found: list[ast.AST] = []
+    around: list[ast.AST] = []
     loop = loops.get(node)
     while loop is not None:
-        found.append(loop)
+        around.append(loop)
         loop = loops.get(loop)
-    return found
+    return around
 
 
 def _body_of(closure: ast.AST) -> list[ast.AST]:
@@ -406,11 +406,11 @@ def _is_reassigned(variable: PythonVariable) -> bool:
 
 def _enclosing_loops(body: Sequence[ast.stmt]) -> dict[ast.AST, ast.AST]:
     """Map the nodes of a body that are inside a loop to the innermost loop."""
-    found: dict[ast.AST, ast.AST] = {}
+    innermost: dict[ast.AST, ast.AST] = {}
 
     def visit(node: ast.AST, loop: ast.AST | None) -> None:
         if loop is not None:
-            found[node] = loop
+            innermost[node] = loop
         if isinstance(node, (ast.For, ast.While)):
             loop = node
         if isinstance(node, (ast.FunctionDef, ast.Lambda)):
@@ -420,7 +420,7 @@ def _enclosing_loops(body: Sequence[ast.stmt]) -> dict[ast.AST, ast.AST]:
 
     for statement in body:
         visit(statement, None)
-    return found
+    return innermost
 
 
 def _read_elsewhere(function: Function) -> Live:

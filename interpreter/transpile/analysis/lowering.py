@@ -118,7 +118,7 @@ def lowered(tree: ast.Module) -> ast.Module:
         if cls.name not in bases:
             _name_own_class(cls)
         _Assigned().visit(cls)
-        _lower_class(cls, is_sorted)
+        _lower_class(cls, is_sorted=is_sorted)
         split_operators(cls, {each.name for each in classes} - bases)
     names = _Library(paths, tree)
     tree = names.visit(tree)
@@ -211,16 +211,16 @@ def _first_statement(tree: ast.Module) -> int:
 
 def _imported(tree: ast.Module) -> dict[str, str]:
     """Return the dotted paths of the names that a module imports, and assigns nowhere."""
-    found: dict[str, str] = {}
+    paths: dict[str, str] = {}
     for node in tree.body:
         if isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            found |= {each.asname or each.name: f"{node.module}.{each.name}" for each in node.names}
+            paths |= {each.asname or each.name: f"{node.module}.{each.name}" for each in node.names}
         elif isinstance(node, ast.Import):
-            found |= {each.asname or each.name: each.name for each in node.names}
+            paths |= {each.asname or each.name: each.name for each in node.names}
     stored = {n.id for n in walk_tree(tree) if isinstance(n, ast.Name) and not isinstance(n.ctx, ast.Load)}
     stored |= {n.arg for n in walk_tree(tree) if isinstance(n, ast.arg)}
     stored |= {n.name for n in walk_tree(tree) if isinstance(n, (ast.FunctionDef, ast.ClassDef))}
-    return {name: path for name, path in found.items() if name not in stored}
+    return {name: path for name, path in paths.items() if name not in stored}
 
 
 def _path(node: ast.AST, paths: Mapping[str, str]) -> str | None:
@@ -426,8 +426,8 @@ class _Library(ast.NodeTransformer):
         return free_name(name, self._names)
 
     @staticmethod
-    def _held(items: ast.expr, found: tuple[Any, ...], origin: ast.AST) -> list[ast.stmt]:
-        array, name, _ = found
+    def _held(items: ast.expr, indexed: tuple[Any, ...], origin: ast.AST) -> list[ast.stmt]:
+        array, name, _ = indexed
         if isinstance(array, ast.Name):
             return []
         made = ast.Assign([ast.Name(name, ast.Store())], array)
@@ -438,12 +438,12 @@ class _Library(ast.NodeTransformer):
         self.generic_visit(node)
         clauses: list[ast.comprehension] = []
         for each in node.generators:
-            found = self._indices(each.target, each.iter)
-            if found is None or not isinstance(found[0], ast.Name):
+            indexed = self._indices(each.target, each.iter)
+            if indexed is None or not isinstance(indexed[0], ast.Name):
                 clauses.append(each)
                 continue
-            found[2][-1].ifs += each.ifs
-            clauses += found[2]
+            indexed[2][-1].ifs += each.ifs
+            clauses += indexed[2]
         node.generators = clauses
         for clause in clauses:
             placed(clause, node)
@@ -792,7 +792,7 @@ def _write_order(node: ast.ClassDef) -> None:
     node.body.append(made)
 
 
-def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
+def _lower_class(node: ast.ClassDef, *, is_sorted: bool) -> None:
     """Make the operator methods of a class plain ones, its class methods static, and write its constructor."""
     if not is_sorted and any("order=True" in ast.unparse(each) for each in node.decorator_list):
         _write_order(node)
@@ -1264,7 +1264,7 @@ class OperatorMethods(ast.NodeTransformer):
         placed(made, node)
         return made
 
-    def _fields(self, node: ast.Call, is_table: bool) -> ast.expr | None:
+    def _fields(self, node: ast.Call, *, is_table: bool) -> ast.expr | None:
         """Return a table, or tuple, of the fields of a data class, if none of them is one with fields or items."""
         given, classes = node.args[0], self._classes_of(node.args[0])
         if len(classes) != 1 or not classes[0].is_dataclass or not is_repeatable(given):

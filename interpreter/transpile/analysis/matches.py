@@ -105,12 +105,12 @@ class Matches(ast.NodeTransformer):
         raise _Unsupported
 
     def _alternatives(self, subject: ast.expr, pattern: ast.MatchOr) -> tuple[list[ast.expr], dict[str, ast.expr]]:
-        found = [self._pattern(subject, each) for each in pattern.patterns]
-        if any(bound for _, bound in found):
+        alternatives = [self._pattern(subject, each) for each in pattern.patterns]
+        if any(bound for _, bound in alternatives):
             raise _Unsupported
-        if not all(tests for tests, _ in found):
+        if not all(tests for tests, _ in alternatives):
             return [], {}  # one of them always matches
-        return [ast.BoolOp(ast.Or(), [_all(tests) for tests, _ in found])], {}
+        return [ast.BoolOp(ast.Or(), [_all(tests) for tests, _ in alternatives])], {}
 
     def _sequence(self, subject: ast.expr, patterns: list[ast.pattern]) -> tuple[list[ast.expr], dict[str, ast.expr]]:
         """Return the tests of a sequence pattern, and the variables that it binds."""

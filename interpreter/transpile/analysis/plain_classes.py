@@ -184,8 +184,8 @@ def _name_classes_of_protocols(tree: ast.Module) -> None:
 
 
 def _members(node: ast.ClassDef) -> set[str]:
-    found = {each.name for each in node.body if isinstance(each, ast.FunctionDef)}
-    return found | {
+    names = {each.name for each in node.body if isinstance(each, ast.FunctionDef)}
+    return names | {
         each.target.id for each in node.body if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)
     }
 
@@ -283,9 +283,9 @@ def _default_of(tree: ast.Module, called: str, name: str) -> ast.expr | None:
 def _default_in(function: ast.FunctionDef, name: str) -> ast.expr | None:
     given = function.args
     plain = [*given.posonlyargs, *given.args]
-    found = dict(zip([a.arg for a in plain[len(plain) - len(given.defaults) :]], given.defaults))
-    found |= {a.arg: d for a, d in zip(given.kwonlyargs, given.kw_defaults) if d is not None}
-    default = found.get(name)
+    defaults = dict(zip([a.arg for a in plain[len(plain) - len(given.defaults) :]], given.defaults))
+    defaults |= {a.arg: d for a, d in zip(given.kwonlyargs, given.kw_defaults) if d is not None}
+    default = defaults.get(name)
     return default if default is not None and _is_constant(default) else None
 
 

@@ -30,22 +30,22 @@ _NODE_FIELDS: dict[type, tuple[str, ...]] = {
 
 def child_nodes(node: ast.AST) -> list[ast.AST]:
     """Return the nodes in a node, in order, without contexts."""
-    found: list[ast.AST] = []
+    children: list[ast.AST] = []
     for name in _NODE_FIELDS[node.__class__]:
         value = getattr(node, name, None)
         if value.__class__ is list:
-            found += [each for each in value if isinstance(each, ast.AST)]
+            children += [each for each in value if isinstance(each, ast.AST)]
         elif isinstance(value, ast.AST):
-            found.append(value)
-    return found
+            children.append(value)
+    return children
 
 
 def walk_tree(*nodes: ast.AST) -> list[ast.AST]:
     """Return nodes and all nodes in them, without contexts; outer nodes come first."""
-    found = [*nodes]
-    for node in found:  # which grows
-        found += child_nodes(node)
-    return found
+    reached = [*nodes]
+    for node in reached:  # which grows
+        reached += child_nodes(node)
+    return reached
 
 
 def variable_of(node: ast.AST) -> ast.Name | None:
@@ -160,13 +160,13 @@ def _parts(text: str, blocks: list[Block], chosen: int) -> list[Block]:
     known = outlines[chosen]
     if known is None:
         return [blocks[chosen]]
-    found = {chosen}
+    numbers = {chosen}
     for _ in blocks:  # one that is added may need others
         for i, outline in enumerate(outlines):
-            if i not in found and outline is not None and _continues(outline, known, i < chosen):
-                found.add(i)
+            if i not in numbers and outline is not None and _continues(outline, known, is_earlier=i < chosen):
+                numbers.add(i)
                 known = known.joined(outline)
-    parts = [blocks[i] for i in sorted(found)]
+    parts = [blocks[i] for i in sorted(numbers)]
     gaps = tuple((before[2], after[1]) for before, after in pairwise(parts))
     is_program = len(parts) == 1 or _is_python(Response(parts[0][1], parts[-1][2], "", "", 0, gaps).code(text))
     return parts if is_program else [blocks[chosen]]
@@ -188,7 +188,7 @@ class _Outline:
         return _Outline(defined, registered, used, (self.roots - other.used) | (other.roots - self.used))
 
 
-def _continues(outline: _Outline, known: _Outline, is_earlier: bool) -> bool:
+def _continues(outline: _Outline, known: _Outline, *, is_earlier: bool) -> bool:
     """Return whether a block belongs to a program that is known in part."""
     if outline.defined & (known.used - known.defined):
         return True
@@ -269,13 +269,13 @@ def _is_python(text: str) -> bool:
 
 def code_of(text: str) -> str:
     """Return the code of a response, ending in one newline."""
-    found = find_code(text)
-    return found.code(text).strip() + "\n"
+    located = find_code(text)
+    return located.code(text).strip() + "\n"
 
 
 def _python_blocks(text: str) -> list[Block]:
     """Return the blocks that are marked as Python, each up to the next fence of any kind."""
-    found: list[Block] = []
+    python_blocks: list[Block] = []
     position = 0
     while opening := _PYTHON_FENCE.search(text, position):
         start = _next_line(text, opening)
@@ -283,23 +283,23 @@ def _python_blocks(text: str) -> list[Block]:
         end = closing.start() if closing else len(text)
         line_end = text.find("\n", end) if closing else -1
         position = line_end if line_end >= 0 else len(text)
-        found.append((opening.start(), start, end, position))
-    return found
+        python_blocks.append((opening.start(), start, end, position))
+    return python_blocks
 
 
 def _blocks(text: str) -> list[Block]:
     """Return all fenced blocks."""
-    found: list[Block] = []
+    all_blocks: list[Block] = []
     opening: re.Match[str] | None = None
     for match in _FENCE.finditer(text):
         if opening is None:
             opening = match
         elif not match.group(1):
-            found.append((opening.start(), _next_line(text, opening), match.start(), match.end()))
+            all_blocks.append((opening.start(), _next_line(text, opening), match.start(), match.end()))
             opening = None
     if opening is not None:  # the response is truncated
-        found.append((opening.start(), _next_line(text, opening), len(text), len(text)))
-    return found
+        all_blocks.append((opening.start(), _next_line(text, opening), len(text), len(text)))
+    return all_blocks
 
 
 def _next_line(text: str, fence: re.Match[str]) -> int:
@@ -320,8 +320,9 @@ _TOKENS = re.compile(
     r'"""(?:[^\\]|\\.)*?"""' r"|'''(?:[^\\]|\\.)*?'''" r'|"(?:[^"\\\n]|\\.)*"' r"|'(?:[^'\\\n]|\\.)*'" r"|(#[^\n]*)",
     re.S,
 )
-_MAX_SYNTAX_ERRORS = 5
-_MAX_NODES, _MAX_DEPTH = 80_000, 400  # of the syntax tree
+_MAX_SYNTAX_ERRORS = 5  # that are reported
+# Of the syntax tree. Models do not write larger programs, and parts of the analysis are not linear.
+_MAX_SYNTAX_NODES, _MAX_SYNTAX_DEPTH = 80_000, 400
 
 
 @dataclass(slots=True)
@@ -433,28 +434,30 @@ _TYPE = re.compile(r"^(\s*)type (\s*)(\w+)(\s*)(\[(?:[^\[\]]|\[[^\[\]]*\])*\])?(
 
 def without_type_parameters(lines: list[str]) -> list[str]:
     """Return lines without the type parameters and type statements of Python 3.12; all columns stay."""
-    found = [_PARAMETERS.sub(lambda m: m[1] + " " * len(m[2]), line) for line in lines]
+    reduced = [_PARAMETERS.sub(lambda m: m[1] + " " * len(m[2]), line) for line in lines]
     name = lambda m: m[1] + m[3] + " " * (len(m[0]) - len(m[1]) - len(m[3]))
-    return [_TYPE.sub(name, line) for line in found]
+    return [_TYPE.sub(name, line) for line in reduced]
 
 
 def _too_large(text: PythonText, tree: ast.Module) -> Diagnostic | None:
     """Return a diagnostic for a program far larger than models write; parts of the analysis are not linear."""
     level: list[ast.AST] = [tree]
     count = 0
-    for _ in range(_MAX_DEPTH):
+    for _ in range(_MAX_SYNTAX_DEPTH):
         count += len(level)
         level = [child for node in level for child in child_nodes(node)]
-        if not level or count > _MAX_NODES:
+        if not level or count > _MAX_SYNTAX_NODES:
             break
     if not level:
         return None
     where = next((node for node in level if hasattr(node, "lineno")), tree)
-    if count > _MAX_NODES:
+    if count > _MAX_SYNTAX_NODES:
         return Diagnostic(
-            "size", f"the syntax tree of the Python code has more than {_MAX_NODES:,} nodes", text.span(where)
+            "size", f"the syntax tree of the Python code has more than {_MAX_SYNTAX_NODES:,} nodes", text.span(where)
         )
-    return Diagnostic("nesting", f"the Python code is nested more than {_MAX_DEPTH} levels deep", text.span(where))
+    return Diagnostic(
+        "nesting", f"the Python code is nested more than {_MAX_SYNTAX_DEPTH} levels deep", text.span(where)
+    )
 
 
 def _with_separate_lists(tree: ast.Module) -> ast.Module:
@@ -555,7 +558,7 @@ def _skip_block(lines: list[str], line: int) -> bool:
 
 def _comments(lines: list[str]) -> list[PythonComment]:
     text = "\n".join(lines)
-    found = []
+    comments = []
     line, position = 1, 0
     for match in _TOKENS.finditer(text):
         if match.group(1) is None:
@@ -565,8 +568,8 @@ def _comments(lines: list[str]) -> list[PythonComment]:
         start = text.rfind("\n", 0, position) + 1
         body = match.group(1)[1:].rstrip()
         alone = not text[start:position].strip()
-        found.append(PythonComment(line, position - start, body.removeprefix(" "), alone))
-    return found
+        comments.append(PythonComment(line, position - start, body.removeprefix(" "), alone))
+    return comments
 
 
 @lru_cache(maxsize=1_000)  # each keeps the tree of a function

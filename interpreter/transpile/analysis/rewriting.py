@@ -73,8 +73,8 @@ class Substitution(ast.NodeTransformer):
 
 def name_of(node: ast.AST | None) -> str:
     """Return the last name of a variable or attribute, or of what a call calls; no name for anything else."""
-    found = node.func if isinstance(node, ast.Call) else node
-    return str(getattr(found, "attr", getattr(found, "id", "")))
+    named = node.func if isinstance(node, ast.Call) else node
+    return str(getattr(named, "attr", getattr(named, "id", "")))
 
 
 def is_registering(decorator: ast.expr, *names: str) -> bool:

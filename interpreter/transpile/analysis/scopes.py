@@ -300,8 +300,8 @@ class _Resolver(ast.NodeVisitor):
         else:
             outer = _outer_names(body)
             for declared in outer:
-                found = enclosing.find(declared) if declared in _nonlocals(body) else self._module_variable(declared)
-                if found is not None:
+                variable = enclosing.find(declared) if declared in _nonlocals(body) else self._module_variable(declared)
+                if variable is not None:
                     function.locals.pop(declared, None)
             self._declare_locals(function, body, outer)
             function.is_generator = _has_yield(body)
@@ -319,13 +319,13 @@ class _Resolver(ast.NodeVisitor):
     def _parameters(self, function: Function, arguments: ast.arguments) -> None:
         plain = [*arguments.posonlyargs, *arguments.args]
         defaults: list[ast.expr | None] = [None] * (len(plain) - len(arguments.defaults)) + list(arguments.defaults)
-        found = [(a, d, "plain") for a, d in zip(plain, defaults)]
+        rows = [(a, d, "plain") for a, d in zip(plain, defaults)]
         if arguments.vararg:
-            found.append((arguments.vararg, None, "rest"))
-        found += [(a, d, "keyword") for a, d in zip(arguments.kwonlyargs, arguments.kw_defaults)]
+            rows.append((arguments.vararg, None, "rest"))
+        rows += [(a, d, "keyword") for a, d in zip(arguments.kwonlyargs, arguments.kw_defaults)]
         if arguments.kwarg:
-            found.append((arguments.kwarg, None, "keys"))
-        for argument, default, kind in found:
+            rows.append((arguments.kwarg, None, "keys"))
+        for argument, default, kind in rows:
             if default is not None:
                 self.visit(default)
             variable = PythonVariable(argument.arg, function, [argument], is_parameter=True)
@@ -433,11 +433,11 @@ def _own_nodes(body: list[ast.stmt]) -> list[ast.AST]:
 
     The nested definitions themselves, and defaults and decorators of nested functions, are included.
     """
-    found: list[ast.AST] = []
+    nodes: list[ast.AST] = []
     stack: list[ast.AST] = list(reversed(body))
     while stack:
         node = stack.pop()
-        found.append(node)
+        nodes.append(node)
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
             decorators = [] if isinstance(node, ast.Lambda) else node.decorator_list
             defaults = [*node.args.defaults, *(default for default in node.args.kw_defaults if default is not None)]
@@ -446,7 +446,7 @@ def _own_nodes(body: list[ast.stmt]) -> list[ast.AST]:
         if isinstance(node, ast.ClassDef):
             continue
         stack.extend(reversed(list(child_nodes(node))))
-    return found
+    return nodes
 
 
 def _assigned_names(body: list[ast.stmt]) -> list[str]:
@@ -623,14 +623,14 @@ def find_root(names: PythonNames, paths: LibraryPaths, words: dict[str, Function
     for function in functions:
         if len(functions) > 1 and _reachable(function, callees) >= set(functions) - {function}:
             return function
-    called = {callee for found in callees.values() for callee in found}
+    called = {callee for called_by_one in callees.values() for callee in called_by_one}
     uncalled = [f for f in functions if f not in called and callees[f]]
     return uncalled[-1] if uncalled else functions[-1]
 
 
 def _callees(function: Function, names: PythonNames, paths: LibraryPaths, words: dict[str, Function]) -> set[Function]:
     """Return the registered functions that ``function`` calls, directly or through other functions of the program."""
-    found: set[Function] = set()
+    called: set[Function] = set()
     seen: set[Function] = set()
     stack = [function]
     while stack:
@@ -642,29 +642,29 @@ def _callees(function: Function, names: PythonNames, paths: LibraryPaths, words:
             if isinstance(node, ast.Call) and paths.of(node.func) == "library_call":
                 word = node.args[0] if node.args else None
                 if isinstance(word, ast.Constant) and str(word.value) in words:
-                    found.add(words[str(word.value)])
+                    called.add(words[str(word.value)])
             elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
                 variable = names.variables.get(node)
                 for used in variable.functions if variable is not None else ():
                     if used.is_registered:
-                        found.add(words[str(used.word)])
+                        called.add(words[str(used.word)])
                     else:
                         stack.append(used)
             elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in words:
                 if words[node.value].word == node.value:
-                    found.add(words[node.value])
-    return found
+                    called.add(words[node.value])
+    return called
 
 
 def _reachable(function: Function, callees: dict[Function, set[Function]]) -> set[Function]:
-    found: set[Function] = set()
+    reached: set[Function] = set()
     stack = [function]
     while stack:
         for callee in callees[stack.pop()]:
-            if callee not in found:
-                found.add(callee)
+            if callee not in reached:
+                reached.add(callee)
                 stack.append(callee)
-    return found
+    return reached
 
 
 # Predicates on Python syntax that several modules of the transpiler use.
@@ -679,7 +679,7 @@ def inner_blocks(statement: ast.stmt) -> list[list[ast.stmt]]:
     if isinstance(statement, (ast.FunctionDef, ast.ClassDef)):
         return []
     blocks = [getattr(statement, name, None) for name in ("body", "orelse", "finalbody")]
-    found = [block for block in blocks if block]
+    inner = [block for block in blocks if block]
     for handler in getattr(statement, "handlers", ()):
-        found.append(handler.body)
-    return found
+        inner.append(handler.body)
+    return inner

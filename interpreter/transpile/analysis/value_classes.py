@@ -27,7 +27,7 @@ from scenelang.interpreter.transpile.analysis.rewriting import free_name, is_ann
 from scenelang.interpreter.transpile.analysis.scopes import Class
 
 _SORTING = ("sorted", "min", "max", "sort")
-_DEEPEST = 3
+_MAX_ITEM_DEPTH = 3  # lists in lists whose items are looked at
 
 
 def compares_fields(record: Class) -> bool:
@@ -37,13 +37,13 @@ def compares_fields(record: Class) -> bool:
     return is_data or "__eq__" in record.methods or _is_named_tuple(record)
 
 
-def classes_compared_by_value(value: AbstractType, depth: int = _DEEPEST) -> list[Class]:
+def classes_compared_by_value(value: AbstractType, depth: int = _MAX_ITEM_DEPTH) -> list[Class]:
     """Return the classes of what a value is, or contains, that have no identity in Python."""
-    found = [c for c in value.classes if compares_fields(c) and not is_enumeration(c.node)]
-    found = found if value.kinds & RECORD else []
+    classes = [c for c in value.classes if compares_fields(c) and not is_enumeration(c.node)]
+    classes = classes if value.kinds & RECORD else []
     for each in [site.element for site in value.sites] if depth else []:
-        found += classes_compared_by_value(each, depth - 1)
-    return found
+        classes += classes_compared_by_value(each, depth - 1)
+    return classes
 
 
 def keys_in(facts: TypeFacts) -> Iterable[tuple[ast.AST, AbstractType]]:
@@ -58,8 +58,8 @@ def values_of(tree: ast.Module, facts: TypeFacts) -> Values | None:
     classes = {c for _, keys in keys_in(facts) for c in classes_compared_by_value(keys)}
     classes |= {c for node in walk_tree(tree) for c in _ordered(node, facts)}
     parents = parents_of(tree)
-    found = {c.name: c for c in classes if _is_simple(c)}
-    known = Values(found, facts.type, names_in(tree))
+    by_name = {c.name: c for c in classes if _is_simple(c)}
+    known = Values(by_name, facts.type, names_in(tree))
     while True:
         wrong = {
             name for node in walk_tree(tree) for name in known.classes_at(node) if not known.fits(node, parents)
@@ -67,8 +67,8 @@ def values_of(tree: ast.Module, facts: TypeFacts) -> Values | None:
         if not wrong:
             break
         for name in wrong:
-            found.pop(name, None)
-    return known if found else None
+            by_name.pop(name, None)
+    return known if by_name else None
 
 
 def _is_named_tuple(record: Class) -> bool:
@@ -113,28 +113,28 @@ def _is_simple(record: Class) -> bool:
 class Values(ast.NodeTransformer):
     """Writes instances of some classes as tuples of their fields."""
 
-    def __init__(self, found: dict[str, Class], type_of: Callable[[ast.expr], AbstractType], taken: set[str]) -> None:
-        self._found, self._type, self._taken = found, type_of, taken
+    def __init__(self, classes: dict[str, Class], type_of: Callable[[ast.expr], AbstractType], taken: set[str]) -> None:
+        self._classes, self._type, self._taken = classes, type_of, taken
         self._functions: dict[tuple[str, str], str] = {}  # names of those that methods become
 
     def _class_of(self, node: ast.expr) -> Class | None:
         """Return the class of which an expression is an instance, if there is only one."""
         value = self._type(node)
         is_known = not value.kinds & ~(RECORD | NONE | UNKNOWN) and len(value.classes) == 1
-        found = value.classes[0] if is_known else None
-        return found if found is not None and self._found.get(found.name) is found else None
+        only = value.classes[0] if is_known else None
+        return only if only is not None and self._classes.get(only.name) is only else None
 
     def _names(self, value: AbstractType) -> set[str]:
         is_instance = bool(value.kinds & RECORD)
-        return {c.name for c in value.classes if is_instance and self._found.get(c.name) is c}
+        return {c.name for c in value.classes if is_instance and self._classes.get(c.name) is c}
 
     def classes_at(self, node: ast.AST) -> set[str]:
         """Return the names of the classes that matter where a node is."""
         if isinstance(node, ast.Name):
-            return {node.id} & {*self._found}
+            return {node.id} & {*self._classes}
         if isinstance(node, ast.Attribute):
             untyped = not self._type(node.value).kinds & ~UNKNOWN
-            fields = {n for n, c in self._found.items() if node.attr in (*dict(c.fields), *c.methods)}
+            fields = {n for n, c in self._classes.items() if node.attr in (*dict(c.fields), *c.methods)}
             return self._names(self._type(node.value)) | (fields if untyped else set())
         if isinstance(node, ast.Compare):  # an instance of one class is no tuple, and none of another class
             types = [self._type(each) for each in (node.left, *node.comparators)]
@@ -165,18 +165,18 @@ class Values(ast.NodeTransformer):
         if isinstance(node, ast.Name):
             parent = parents.get(node)
             if isinstance(parent, ast.Call) and parent.func is node:
-                return self._arguments(self._found[node.id], parent) is not None
-            is_static = isinstance(parent, ast.Attribute) and parent.attr in self._found[node.id].methods
+                return self._arguments(self._classes[node.id], parent) is not None
+            is_static = isinstance(parent, ast.Attribute) and parent.attr in self._classes[node.id].methods
             return is_static or is_annotation(node, parents)
         if isinstance(node, ast.Compare):
             types = [self._type(each) for each in (node.left, *node.comparators)]
-            named = [c for each in types for c in each.classes if c.name in self._found]
+            named = [c for each in types for c in each.classes if c.name in self._classes]
             is_tuple = any(each.kinds & TUPLE for each in types)
             is_one = len({*named}) == 1 and not (is_tuple and not _is_named_tuple(named[0]))
             is_same = any(isinstance(op, (ast.Is, ast.IsNot)) for op in node.ops)
             return (is_one and not is_same) or _asks_none(node)
         name = ast.unparse(node.func) if isinstance(node, ast.Call) else ""
-        return name == "len" and all(map(_is_named_tuple, self._found.values()))
+        return name == "len" and all(map(_is_named_tuple, self._classes.values()))
 
     def _arguments(self, record: Class, call: ast.Call) -> list[ast.expr] | None:
         """Return the values of the fields in a call of the class, None for a call that is not understood."""
@@ -196,7 +196,7 @@ class Values(ast.NodeTransformer):
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         """Write the call of a class as a tuple, and that of a method as one of a function."""
-        record = self._found.get(node.func.id) if isinstance(node.func, ast.Name) else None
+        record = self._classes.get(node.func.id) if isinstance(node.func, ast.Name) else None
         if record is not None:
             given = self._arguments(record, node)
             assert given is not None
@@ -206,7 +206,7 @@ class Values(ast.NodeTransformer):
             return placed(ast.Tuple(values, ast.Load()), node)
         function = node.func
         if isinstance(function, ast.Attribute):
-            static = self._found.get(function.value.id) if isinstance(function.value, ast.Name) else None
+            static = self._classes.get(function.value.id) if isinstance(function.value, ast.Name) else None
             record = static or self._class_of(function.value)
             if record is not None and function.attr in record.methods and function.attr not in record.properties:
                 own = record.methods[function.attr].is_static
@@ -244,7 +244,7 @@ class Values(ast.NodeTransformer):
         """Return statements with the methods of the classes as functions."""
         made: list[ast.stmt] = []
         for each in body:
-            record = self._found.get(each.name) if isinstance(each, ast.ClassDef) else None
+            record = self._classes.get(each.name) if isinstance(each, ast.ClassDef) else None
             if record is None:
                 made.append(each)
                 continue

@@ -197,7 +197,7 @@ def weigh(value: Any) -> None:
             depth -= 1
 
 
-_MAX_NESTING = 2_000
+_MAX_NESTING = 2_000  # values within a value
 
 
 def _parts_of(value: Any) -> Iterable[Any]:
@@ -243,12 +243,12 @@ def repeats_choices(pattern: str) -> bool:
     """Return whether a pattern repeats a part that has alternatives or repetitions, so that it may backtrack without
     end."""
     try:
-        return _has_choices(PARSER.parse(pattern), False)
+        return _has_choices(PARSER.parse(pattern), is_repeated=False)
     except re.error:
         return False  # which the search tells
 
 
-def _has_choices(part: Any, is_repeated: bool) -> bool:
+def _has_choices(part: Any, *, is_repeated: bool) -> bool:
     for operation, value in part if isinstance(part, PARSER.SubPattern) else ():
         name = str(operation)
         is_repetition = name in ("MAX_REPEAT", "MIN_REPEAT") and value[0] != value[1]
@@ -256,7 +256,7 @@ def _has_choices(part: Any, is_repeated: bool) -> bool:
             return True
         is_inside = is_repeated or (name in ("MAX_REPEAT", "MIN_REPEAT") and value[1] > 1)
         inner = value[1] if name == "BRANCH" else value if isinstance(value, tuple) else (value,)
-        if any(_has_choices(each, is_inside) for each in inner):
+        if any(_has_choices(each, is_repeated=is_inside) for each in inner):
             return True
     return False
 
@@ -291,7 +291,7 @@ def few(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-_MOST_PRODUCTS = 100_000_000
+_MAX_PRODUCTS = 100_000_000  # that one call of einsum adds up
 
 
 def _einsum_size(arguments: tuple[Any, ...]) -> float:
@@ -301,7 +301,7 @@ def _einsum_size(arguments: tuple[Any, ...]) -> float:
         return float(np.prod([float(each.size) for each in arrays]))
     inputs, arrow, output = arguments[0].replace(" ", "").partition("->")
     letters = {c: n for text, each in zip(inputs.split(","), arrays) for c, n in zip(text, each.shape)}
-    if float(np.prod([float(n) for n in letters.values()])) > _MOST_PRODUCTS:
+    if float(np.prod([float(n) for n in letters.values()])) > _MAX_PRODUCTS:
         raise UnsupportedPython("this sum of products is too long")
     kept = output if arrow else "".join(c for c in letters if inputs.count(c) == 1)
     return float(np.prod([float(letters.get(c, 1)) for c in kept]))

@@ -218,11 +218,11 @@ def _member(evaluator: Evaluating, cls: PythonClass, name: str, value: Any, kind
         member = TextMember(value)
         member.cls, member.name, member.is_plain = cls, name, "StrEnum" in kinds
         return member
-    found = PythonObject(cls, {"name": name, "value": value})
+    instance = PythonObject(cls, {"name": name, "value": value})
     initialize = cls.find("__init__")
     if initialize is not MISSING:
-        evaluator.call(initialize, (found, *(value if isinstance(value, tuple) else (value,))), {})
-    return found
+        evaluator.call(initialize, (instance, *(value if isinstance(value, tuple) else (value,))), {})
+    return instance
 
 
 def value_of_member(member: Any) -> Any:
@@ -374,9 +374,9 @@ _UNSAFE = "interpreter internals are not available"
 
 def attribute_of(evaluator: Evaluating, value: Any, name: str, default: Any) -> Any:
     """Return an attribute of a value, or the default if it is missing; without a default, raises AttributeError."""
-    found = _found(evaluator, value, name)
-    if found is not MISSING:
-        return found
+    attribute = _attribute_or_missing(evaluator, value, name)
+    if attribute is not MISSING:
+        return attribute
     if default is not UnsupportedPython:
         return default
     if type(value) is Residual:
@@ -395,7 +395,7 @@ def attribute_of(evaluator: Evaluating, value: Any, name: str, default: Any) -> 
     raise AttributeError(f"{what} has no attribute '{name}'")
 
 
-def _found(evaluator: Evaluating, value: Any, name: str) -> Any:
+def _attribute_or_missing(evaluator: Evaluating, value: Any, name: str) -> Any:
     """Return an attribute of a value of any type, MISSING if it has none."""
     kind = type(value)
     if kind is PythonObject:
@@ -437,27 +437,27 @@ def _own_attribute(evaluator: Evaluating, value: Any, name: str) -> Any:
     """Return an attribute of one of Python's own values; a method becomes a function of the evaluator."""
     if name == "format":
         return Native(name, lambda *rest, **named: format_text(evaluator, value, rest, named))
-    found = getattr(value, name)
-    if not callable(found) or isinstance(found, (np.ndarray, np.dtype)):
-        return found if not isinstance(found, (type, np.dtype)) else _dtype(found)
+    attribute = getattr(value, name)
+    if not callable(attribute) or isinstance(attribute, (np.ndarray, np.dtype)):
+        return attribute if not isinstance(attribute, (type, np.dtype)) else _dtype(attribute)
     if name == "extend" and isinstance(value, list):
         return Native("extend", lambda items: value.extend(evaluator.spread(items) if is_shape(items) else items))
     if name == "join":
         return Native("join", partial(_joined, value))
     if name in ("repeat", "substitute", "safe_substitute", "translate"):
-        return Native(name, partial(enlarged, value, found))
+        return Native(name, partial(enlarged, value, attribute))
     if name in ("center", "expandtabs", "ljust", "replace", "rjust", "zfill") and isinstance(value, (str, bytes)):
         return Native(name, partial(_padded, value, name))
     if isinstance(value, (Random, np.random.Generator, np.random.RandomState)):
-        return Native(name, limited_draw(name, found))
+        return Native(name, limited_draw(name, attribute))
     if name == "astype":
-        return Native(name, lambda kind: found(host_type(kind)))
-    return Native(name, found)
+        return Native(name, lambda kind: attribute(host_type(kind)))
+    return Native(name, attribute)
 
 
-def _dtype(found: Any) -> Native:
-    parts = {name: getattr(found, name) for name in ("name", "kind", "itemsize") if hasattr(found, name)}
-    return Native(str(found), lambda: found, found, attributes=parts)
+def _dtype(dtype: Any) -> Native:
+    parts = {name: getattr(dtype, name) for name in ("name", "kind", "itemsize") if hasattr(dtype, name)}
+    return Native(str(dtype), lambda: dtype, dtype, attributes=parts)
 
 
 def limited_draw(name: str, draw: Callable[..., Any]) -> Callable[..., Any]:
@@ -503,21 +503,21 @@ def host_type(kind: Any) -> Any:
 
 def _of_object(evaluator: Evaluating, value: PythonObject, name: str) -> Any:
     """Return an attribute of an instance, MISSING if it has none; the order of lookup is CPython's."""
-    found = value.cls.find(name)
+    attribute = value.cls.find(name)
     # data descriptors precede fields, other descriptors follow them
-    if type(found) is PythonObject and (name not in value.fields or found.cls.find("__set__") is not MISSING):
-        get = found.cls.find("__get__")
+    if type(attribute) is PythonObject and (name not in value.fields or attribute.cls.find("__set__") is not MISSING):
+        get = attribute.cls.find("__get__")
         if get is not MISSING:
-            return evaluator.call(get, (found, value, value.cls), {})
-    if type(found) is Property and not (found.is_cached and name in value.fields):
-        result = evaluator.call(found.get, (value,), {})
-        if found.is_cached:
+            return evaluator.call(get, (attribute, value, value.cls), {})
+    if type(attribute) is Property and not (attribute.is_cached and name in value.fields):
+        result = evaluator.call(attribute.get, (value,), {})
+        if attribute.is_cached:
             value.fields[name] = result
         return result
     if name in value.fields:
         return value.fields[name]
-    if found is not MISSING:
-        return _bound(evaluator, found, value, value.cls)
+    if attribute is not MISSING:
+        return _bound(evaluator, attribute, value, value.cls)
     if name == "__class__":
         return value.cls
     if name in ("__cause__", "__context__"):
@@ -540,27 +540,27 @@ def _protocol(value: Any, name: str) -> Any:
     return MISSING if function is None else Native(name, lambda *rest: function(value, *rest))  # type: ignore[operator]
 
 
-def _bound(evaluator: Evaluating, found: Any, value: Any, cls: PythonClass) -> Any:
-    if type(found) is PythonFunction:
-        return BoundMethod(found, value, evaluator)
-    if type(found) is Native and found.attributes.get("is_method"):
-        return BoundMethod(found, value, evaluator)
-    if type(found) is ClassMethod:
-        return BoundMethod(found.function, cls, evaluator)
-    if type(found) is StaticMethod:
-        return found.function
-    return found
+def _bound(evaluator: Evaluating, attribute: Any, value: Any, cls: PythonClass) -> Any:
+    if type(attribute) is PythonFunction:
+        return BoundMethod(attribute, value, evaluator)
+    if type(attribute) is Native and attribute.attributes.get("is_method"):
+        return BoundMethod(attribute, value, evaluator)
+    if type(attribute) is ClassMethod:
+        return BoundMethod(attribute.function, cls, evaluator)
+    if type(attribute) is StaticMethod:
+        return attribute.function
+    return attribute
 
 
 def _of_class(evaluator: Evaluating, cls: PythonClass, name: str) -> Any:
     """Return an attribute of a class, MISSING if it has none; raises UnsupportedPython for internals."""
-    found = cls.find(name)
-    if found is not MISSING:
-        if type(found) is PythonObject and found.cls.find("__get__") is not MISSING:
-            return evaluator.call(found.cls.find("__get__"), (found, None, cls), {})
-        if type(found) is ClassMethod:
-            return BoundMethod(found.function, cls, evaluator)
-        return found.function if type(found) is StaticMethod else found
+    attribute = cls.find(name)
+    if attribute is not MISSING:
+        if type(attribute) is PythonObject and attribute.cls.find("__get__") is not MISSING:
+            return evaluator.call(attribute.cls.find("__get__"), (attribute, None, cls), {})
+        if type(attribute) is ClassMethod:
+            return BoundMethod(attribute.function, cls, evaluator)
+        return attribute.function if type(attribute) is StaticMethod else attribute
     if name in ("__name__", "__qualname__"):
         return cls.name
     if name == "__members__" and cls.members is not None:
@@ -612,10 +612,10 @@ def _of_super(evaluator: Evaluating, value: Super, name: str) -> Any:
     start = next((i for i, each in enumerate(order) if each is value.cls), -1)
     for each in order[start + 1 :]:
         if type(each) is PythonClass and name in each.names:
-            found = each.names[name]
-            if type(found) is Property:
-                return evaluator.call(found.get, (value.value,), {})
-            return _bound(evaluator, found, value.value, cls)
+            attribute = each.names[name]
+            if type(attribute) is Property:
+                return evaluator.call(attribute.get, (value.value,), {})
+            return _bound(evaluator, attribute, value.value, cls)
         # the generated `__init__` of a data class is not among its names
         if type(each) is PythonClass and name == "__init__" and each.data is not None:
             return Native(name, partial(_initialize_as, evaluator, value.value, each))
@@ -684,12 +684,12 @@ def _of_member(evaluator: Evaluating, value: Any, name: str) -> Any:
             return value.fields[name]
     elif name in ("name", "value", "_name_", "_value_"):
         return value.name if "name" in name else value_of_member(value)
-    found = value.cls.find(name)
-    if type(found) is Property:
-        return evaluator.call(found.get, (value,), {})
+    attribute = value.cls.find(name)
+    if type(attribute) is Property:
+        return evaluator.call(attribute.get, (value,), {})
     if name == "__class__":
         return value.cls
-    return MISSING if found is MISSING else _bound(evaluator, found, value, value.cls)
+    return MISSING if attribute is MISSING else _bound(evaluator, attribute, value, value.cls)
 
 
 def _of_function(evaluator: Evaluating, value: Any, name: str) -> Any:
@@ -796,14 +796,14 @@ def _special(evaluator: Evaluating, value: Any, name: str) -> Any:
 def set_attribute(evaluator: Evaluating, value: Any, name: str, new: Any) -> None:
     """Assign an attribute of a value."""
     if type(value) is PythonObject:
-        found = value.cls.find(name)
-        if type(found) is PythonObject and found.cls.find("__set__") is not MISSING:
-            evaluator.call(found.cls.find("__set__"), (found, value, new), {})
+        attribute = value.cls.find(name)
+        if type(attribute) is PythonObject and attribute.cls.find("__set__") is not MISSING:
+            evaluator.call(attribute.cls.find("__set__"), (attribute, value, new), {})
             return
-        if type(found) is Property and not found.is_cached:
-            if found.set is None:
+        if type(attribute) is Property and not attribute.is_cached:
+            if attribute.set is None:
                 raise AttributeError(f"property '{name}' of '{value.cls.name}' object has no setter")
-            evaluator.call(found.set, (value, new), {})
+            evaluator.call(attribute.set, (value, new), {})
             return
         own = value.cls.find("__setattr__")
         if own is not MISSING:
@@ -996,18 +996,18 @@ def make_dataclass(evaluator: Evaluating, cls: PythonClass, options: dict[str, A
             is_keyword = True
             continue
         value = cls.names.get(name, MISSING)
-        found = value if type(value) is DataField else DataField(name, value)
-        found.name = name
-        found.is_keyword = found.is_keyword or is_keyword
-        found.is_init_only = annotation.startswith(("InitVar", "dataclasses.InitVar"))
+        data_field = value if type(value) is DataField else DataField(name, value)
+        data_field.name = name
+        data_field.is_keyword = data_field.is_keyword or is_keyword
+        data_field.is_init_only = annotation.startswith(("InitVar", "dataclasses.InitVar"))
         if type(value) is DataField:
             cls.names.pop(name)
-            if found.default is not MISSING:
-                cls.names[name] = found.default
-        if isinstance(found.default, (list, dict, set)):
-            kind = type(found.default)
+            if data_field.default is not MISSING:
+                cls.names[name] = data_field.default
+        if isinstance(data_field.default, (list, dict, set)):
+            kind = type(data_field.default)
             raise ValueError(f"mutable default {kind} for field {name} is not allowed: use default_factory")
-        fields[name] = found
+        fields[name] = data_field
     cls.data = tuple(fields.values())
     inherited = next((base.options for base in cls.order[1:] if type(base) is PythonClass and base.data), {})
     cls.options |= {key: value for key, value in inherited.items() if key in ("frozen",)} | options

@@ -527,20 +527,20 @@ class PythonEvaluator:
         """Return the value of a variable."""
         scope: Frame | None = self.module if frame.shared.get(name) else frame
         while scope is not None:
-            found = scope.names.get(name, MISSING)
-            if found is not MISSING:
-                if found.__class__ is Poison:
+            value = scope.names.get(name, MISSING)
+            if value is not MISSING:
+                if value.__class__ is Poison:
                     raise self.loops.failure()
-                return found
+                return value
             if name in scope.local and name not in scope.shared:
                 raise UnboundLocalError(
                     f"cannot access local variable '{name}' where it is not associated with a value"
                 )
             scope = scope.outer
-        found = self.builtins.get(name, MISSING)
-        if found is MISSING:
+        value = self.builtins.get(name, MISSING)
+        if value is MISSING:
             raise NameError(f"name '{name}' is not defined")
-        return found
+        return value
 
     def _holder(self, name: str, frame: Frame) -> Frame:
         """Return the frame in which a variable is assigned."""
@@ -615,9 +615,9 @@ class PythonEvaluator:
             self._look()
         kind = node.__class__
         if kind is ast.Name and not frame.shared:
-            found = frame.names.get(node.id, MISSING)  # type: ignore[attr-defined]
-            if found is not MISSING and found.__class__ is not Poison:
-                return found
+            value = frame.names.get(node.id, MISSING)  # type: ignore[attr-defined]
+            if value is not MISSING and value.__class__ is not Poison:
+                return value
         handler = self._expressions.get(kind)
         if handler is None:
             return _unknown(node)
@@ -637,19 +637,19 @@ class PythonEvaluator:
         """Return a set in the order of Python, whose compiler adds constants in the order of a frozen set."""
         items = self._items(node.elts, frame)
         is_constant = len(items) > 2 and all(map(_is_constant, node.elts))
-        found: set[Any] = set()
-        found.update(frozenset(tuple(frozenset(items))) if is_constant else items)
-        return found
+        members: set[Any] = set()
+        members.update(frozenset(tuple(frozenset(items))) if is_constant else items)
+        return members
 
     def _dict(self, node: ast.Dict, frame: Frame) -> dict[Any, Any]:
-        found: dict[Any, Any] = {}
+        entries: dict[Any, Any] = {}
         for key, value in zip(node.keys, node.values):
             if key is None:
-                found.update(mapping_of(self, self.eval(value, frame)))
+                entries.update(mapping_of(self, self.eval(value, frame)))
             else:
                 name = self.eval(key, frame)
-                found[name] = self.eval(value, frame)
-        return found
+                entries[name] = self.eval(value, frame)
+        return entries
 
     def spread(self, shape: Residual) -> list[Residual]:
         """Return a shape for a list to which its primitives are added; it stays whole until someone looks."""
@@ -761,9 +761,9 @@ class PythonEvaluator:
         if is_identity and type(left) is PythonObject:
             same(left, right)
         if (is_identity or type(op) in (ast.In, ast.NotIn)) and self.loops is not None:
-            found = self.loops.computed(COMPARISONS[type(op)], (left, right))
-            if found is not MISSING:
-                return found
+            outcome = self.loops.computed(COMPARISONS[type(op)], (left, right))
+            if outcome is not MISSING:
+                return outcome
         if is_identity and (has_kind(left, "any") or has_kind(right, "any")):
             raise undecided(left if type(left) is Residual else right)
         weigh(left)
@@ -779,9 +779,9 @@ class PythonEvaluator:
         if is_decided(test):
             return self.eval(node.body if test else node.orelse, frame)
         if self.loops is not None and test.kind == "bool":
-            found = self.loops.choose(node, test, frame)
-            if found is not MISSING:
-                return found
+            chosen = self.loops.choose(node, test, frame)
+            if chosen is not MISSING:
+                return chosen
         if any(isinstance(each, ast.Call) for part in (node.body, node.orelse) for each in ast.walk(part)):
             raise undecided(test)  # it may do things
         values = self.eval(node.body, frame), self.eval(node.orelse, frame)
@@ -808,9 +808,9 @@ class PythonEvaluator:
 
     def _residual_item(self, container: Any, index: Any) -> Any:
         if self.loops is not None and type(container) is not Residual:
-            found = self.loops.looked_up(self.look(container), index)
-            if found is not MISSING:
-                return found
+            item = self.loops.looked_up(self.look(container), index)
+            if item is not MISSING:
+                return item
         holder = next(residuals((index,))).holder
         return Residual(ast.Subscript(node_of(container), node_of(index), ast.Load()), "any", holder)
 
@@ -985,9 +985,9 @@ class PythonEvaluator:
                     holder = next(residuals(arguments)).holder
                     return Residual(call_node("range", [node_of(each) for each in arguments]), "range", holder)
             if function.path in COMPUTED and any(has_kind(each, "any", "int", "float", "number") for each in arguments):
-                found = self.loops.computed(lambda *items: self._call_native(function, items, named), arguments)
-                if found is not MISSING:
-                    return found
+                result = self.loops.computed(lambda *items: self._call_native(function, items, named), arguments)
+                if result is not MISSING:
+                    return result
         # `iter` and `next` need the iterator itself, not a metered wrapper
         plain = arguments if function.path in ("iter", "next") else tuple(map(self._argument, arguments))
         if function.path in DEEP:
@@ -1018,9 +1018,9 @@ class PythonEvaluator:
             each = np.frompyfunc(lambda *items: self._call_native(function, items, {}), len(arguments), 1)
             return each(*(np.asarray(value) if isinstance(value, (list, tuple)) else value for value in arguments))
         if self.loops is not None and function.path.startswith("np.") and function.path not in KEPT:
-            found = self.loops.computed(lambda *items: self._call_native(function, items, named), arguments)
-            if found is not MISSING:
-                return found
+            result = self.loops.computed(lambda *items: self._call_native(function, items, named), arguments)
+            if result is not MISSING:
+                return result
         if function.path in STRUCTURAL:
             return function.function(*arguments, **named)
         return self._residual_call(function, arguments, named)

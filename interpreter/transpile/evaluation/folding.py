@@ -155,12 +155,12 @@ def _without_annotations(node: ast.AST) -> Iterator[ast.AST]:
 
 def _changed(node: ast.AST) -> set[str]:
     """Return the variables whose values a statement may change: those before a dot or an index."""
-    found: set[str] = set()
+    names: set[str] = set()
     for each in ast.walk(node):
         if isinstance(each, ast.Attribute) or (isinstance(each, ast.Subscript) and not isinstance(each.ctx, ast.Load)):
             variable = variable_of(each)
-            found |= {variable.id} if variable is not None else set()
-    return found
+            names |= {variable.id} if variable is not None else set()
+    return names
 
 
 def closure(items: Sequence[Item], start: set[int], is_user: bool) -> set[int]:
@@ -172,16 +172,16 @@ def closure(items: Sequence[Item], start: set[int], is_user: bool) -> set[int]:
             defined.setdefault(name, []).append(number)
         for name in item.uses:
             used.setdefault(name, []).append(number)
-    found, pending = set(start), list(start)
+    reached, pending = set(start), list(start)
     while pending:
         item = items[pending.pop()]
         names, table = (item.names, used) if is_user else (item.uses, defined)
         for name in names:
             for number in table.get(name, ()):
-                if number not in found:
-                    found.add(number)
+                if number not in reached:
+                    reached.add(number)
                     pending.append(number)
-    return found
+    return reached
 
 
 @dataclass(frozen=True, slots=True)
@@ -388,7 +388,7 @@ def _located(node: Any, line: int) -> Any:
 _SIZE_AT = {
     "choice": 1, "random": 0, "random_sample": 0, "standard_normal": 0, "normal": 2, "randint": 2, "uniform": 2,
 }  # fmt: skip
-_MAX_DRAWN = 5_000
+_MAX_DRAWN_NUMBERS = 5_000  # of one call
 _KINDS = {"randint": "int", "randrange": "int", "permutation": "number"}  # of draws; others are floats
 
 
@@ -414,7 +414,7 @@ def _drawn_shape(method: str, arguments: tuple[Any, ...], named: Mapping[str, An
         else:
             given = [each for each in (*arguments[:2], *named.values()) if isinstance(each, (list, tuple, np.ndarray))]
             shape = np.broadcast_shapes(*map(np.shape, given)) if given and method in ("normal", "uniform") else ()
-    if int(np.prod(shape)) > _MAX_DRAWN:
+    if int(np.prod(shape)) > _MAX_DRAWN_NUMBERS:
         raise UnsupportedPython("this draw has too many numbers")
     return shape
 
@@ -539,7 +539,7 @@ class Folding:
 
     def _helpers(self) -> dict[str, Native]:
         functions: dict[str, Callable[..., Any]] = {
-            "register": self._register, "register_animation": lambda text=None: self._register(text, True),
+            "register": self._register, "register_animation": lambda text=None: self._register(text, is_animation=True),
             "library_call": self._library_call,
             "loop": self._loop,
             "concat_shapes": lambda *shapes: self.union(shapes),
@@ -561,9 +561,9 @@ class Folding:
         """Return the function for solids, profiles or paths of a name, whose calls remain."""
 
         def make(*arguments: Any, **named: Any) -> Residual:
-            found = self._residual(name, arguments, named, kind)
-            found.primitives = (lambda: [found]) if kind == "shape" else None
-            return found
+            result = self._residual(name, arguments, named, kind)
+            result.primitives = (lambda: [result]) if kind == "shape" else None
+            return result
 
         return make
 
@@ -571,10 +571,10 @@ class Folding:
         """Return the function for a relation: its call is a statement that remains, until ``assert_that`` takes it."""
 
         def state(*operands: Any, **options: Any) -> Residual:
-            found = self._residual(name, operands, options, "any")
+            relation = self._residual(name, operands, options, "any")
             if self.parts:
-                self.parts[-1].statements.append(("", found.node))
-            return found
+                self.parts[-1].statements.append(("", relation.node))
+            return relation
 
         return state
 
@@ -593,9 +593,9 @@ class Folding:
         def make(*arguments: Any, **named: Any) -> Residual:
             given = [self._whole(each) if name in _BOXES else each for each in arguments]
             named = {key: self._whole(each) if name in _BOXES else each for key, each in named.items()}
-            found = self._residual(name, given, named, kind)
-            found.size = 3 if name in _BOXES else None
-            return found
+            result = self._residual(name, given, named, kind)
+            result.size = 3 if name in _BOXES else None
+            return result
 
         return make
 
@@ -625,11 +625,11 @@ class Folding:
         inner = self._whole(shape)
         if is_identity(pose):
             return _kept(inner)
-        found = self._residual("transform_shape", (inner, pose), {}, "shape")
+        moved = self._residual("transform_shape", (inner, pose), {}, "shape")
         if inner.primitives is not None:
             kept = _kept(inner)
-            found.primitives = lambda: self._moved(found, kept, pose)
-        return found
+            moved.primitives = lambda: self._moved(moved, kept, pose)
+        return moved
 
     def extended(self, value: Residual, other: Any) -> Any:
         """Return ``value += other``; all names of a shape see what is added."""
@@ -651,15 +651,15 @@ class Folding:
 
         return Native(name, add)
 
-    def _moved(self, found: Residual, inner: Residual, pose: Any) -> list[Residual]:
+    def _moved(self, moved: Residual, inner: Residual, pose: Any) -> list[Residual]:
         """Return the primitives of a shape that has been moved."""
         parts = inner.parts()
-        return [found] if len(parts) == 1 and parts[0] is inner else [self._transform(each, pose) for each in parts]
+        return [moved] if len(parts) == 1 and parts[0] is inner else [self._transform(each, pose) for each in parts]
 
     def _primitive(self, *arguments: Any, **named: Any) -> Residual:
-        found = self._residual("primitive_call", arguments, named, "shape")
-        found.primitives = lambda: [found]
-        return found
+        primitive = self._residual("primitive_call", arguments, named, "shape")
+        primitive.primitives = lambda: [primitive]
+        return primitive
 
     def _whole(self, shape: Any) -> Residual:
         """Return a shape that may be given as a list of shapes."""
@@ -671,11 +671,11 @@ class Folding:
 
     def union(self, shapes: Sequence[Any]) -> Residual:
         parts = [each for shape in shapes for each in self._flat(shape)]
-        found = Residual(call_node("concat_shapes", [node_of(each) for each in parts]), "shape", self)
+        joined = Residual(call_node("concat_shapes", [node_of(each) for each in parts]), "shape", self)
         if all(each.primitives is not None for each in parts):
             kept = [_kept(each) for each in parts]
-            found.primitives = lambda: [primitive for each in kept for primitive in each.parts()]
-        return found
+            joined.primitives = lambda: [primitive for each in kept for primitive in each.parts()]
+        return joined
 
     def _flat(self, shape: Any) -> Iterator[Residual]:
         if type(shape) is Residual and shape.kind in ("shape", "any"):
@@ -686,7 +686,7 @@ class Folding:
         else:
             raise UnsupportedPython(f"expected a shape, got {type_name(shape)}")
 
-    def _register(self, docstring: Any = None, is_animation: bool = False) -> Any:
+    def _register(self, docstring: Any = None, *, is_animation: bool = False) -> Any:
         def register(function: Any, text: str = "") -> Any:
             name = function.name if type(function) is PythonFunction else getattr(function, "path", "")
             if not name.isidentifier() or keyword.iskeyword(name):
@@ -768,15 +768,15 @@ class Folding:
             kind = (
                 _KINDS.get(method, "float") if method not in ("choice", "choices", "sample") else _kind_of_items(given)
             )
-            found = self._stated(call, "number" if path == "np.random.choice" and kind != "any" else kind, "draw")
+            numbers = self._stated(call, "number" if path == "np.random.choice" and kind != "any" else kind, "draw")
             shape = _drawn_shape(method, arguments, named) if path.startswith("np.") else ()
             if shape:
                 items = np.empty(shape, dtype=object)
                 for index in np.ndindex(shape):
-                    items[index] = found[index[0] if len(index) == 1 else index]
+                    items[index] = numbers[index[0] if len(index) == 1 else index]
                 return items
             count = self._drawn(method, arguments, named)
-            return found if count is None else [found[i] for i in range(count)]
+            return numbers if count is None else [numbers[i] for i in range(count)]
 
         return draw
 
@@ -786,7 +786,7 @@ class Folding:
         if method not in ("sample", "choices"):
             return None
         count = int(named.get("k", arguments[1] if method == "sample" and len(arguments) > 1 else 1))
-        if count > _MAX_DRAWN:
+        if count > _MAX_DRAWN_NUMBERS:
             raise UnsupportedPython("this draw has too many numbers")
         return count
 
@@ -941,20 +941,20 @@ class Folding:
 
     # --- what remains ------------------------------------------------------------------------------------------
 
-    def _definition(self, name: str, found: Mapping[Any, Sequence[Variant]]) -> ast.FunctionDef:
+    def _definition(self, name: str, variants_by_call: Mapping[Any, Sequence[Variant]]) -> ast.FunctionDef:
         function, text = self._functions[name]
         node: Any = next((item.node for item in self._items if getattr(item.node, "name", "") == name), function.node)
         given = [each.arg for each in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
-        passed = {key for literal, rest in found for key in (*(each for each, _ in literal), *rest)}
+        passed = {key for literal, rest in variants_by_call for key in (*(each for each, _ in literal), *rest)}
         known, shown = self._defaults.get(name, {}), self._shown.get(name, set())
-        tests_of = [dict(literal) for literal, _ in found]
+        tests_of = [dict(literal) for literal, _ in variants_by_call]
         same = {key for key in tests_of[0] if all(each.get(key) == tests_of[0][key] for each in tests_of)}
         same = {key for key in same if key not in shown and f"{name}.{key}" in self._objects}
         passed -= same  # objects that no call names
         tested = {key for tests in tests_of for key in tests} & set(given) - same
         self.warnings += [fixed_parameter(name, key, self._text.span(node)) for key in sorted(tested)]
         names = [each for each in given if each in passed] + sorted(passed - set(given))
-        has_states = any(len(variants) > 1 for variants in found.values())
+        has_states = any(len(variants) > 1 for variants in variants_by_call.values())
         if has_states and _STATE in names:
             raise UnsupportedPython(f"`{name}` depends on variables that change", f"rename its parameter `{_STATE}`")
         defaults: list[ast.expr] = [
@@ -965,7 +965,7 @@ class Folding:
         parameters = [ast.arg(each) for each in (*names, *([_STATE] if has_states else ()))]
         arguments = ast.arguments([], parameters, None, [], [], None, defaults)
         body: list[ast.stmt] = []
-        ordered = sorted(found.values(), key=lambda each: -len(each[0].test))  # the most general last
+        ordered = sorted(variants_by_call.values(), key=lambda each: -len(each[0].test))  # the most general last
         for variants in reversed(ordered):
             for number, variant in reversed(list(enumerate(variants))):
                 test = {key: value for key, value in variant.test.items() if key not in same}

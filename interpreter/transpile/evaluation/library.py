@@ -161,27 +161,29 @@ class PythonLibrary:
             "set": set, "frozenset": frozenset, "range": range, "object": object,
             "slice": slice,
         }  # fmt: skip
-        found: dict[str, Any] = {name: _kind(name, kind, name in ("int", "float")) for name, kind in types.items()}
-        found["object"] = Native("object", lambda: PythonObject(PythonClass("object", {}, (), self.evaluator)), object)
-        found["list"] = Native("list", self._list, list)
-        found["dict"] = Native("dict", self._dict, dict)
+        names: dict[str, Any] = {
+            name: _kind(name, kind, is_numeric=name in ("int", "float")) for name, kind in types.items()
+        }
+        names["object"] = Native("object", lambda: PythonObject(PythonClass("object", {}, (), self.evaluator)), object)
+        names["list"] = Native("list", self._list, list)
+        names["dict"] = Native("dict", self._dict, dict)
         for name, kind in (("bytes", bytes), ("bytearray", bytearray)):
-            found[name] = Native(name, _limited_bytes(kind), kind)
-        found["delattr"] = Native("delattr", functools.partial(delete_attribute, self.evaluator))
-        found["sum"] = Native("sum", _sum)
+            names[name] = Native(name, _limited_bytes(kind), kind)
+        names["delattr"] = Native("delattr", functools.partial(delete_attribute, self.evaluator))
+        names["sum"] = Native("sum", _sum)
         for name in ("abs", "round", "divmod", "pow", "min", "max"):
-            found[name] = Native(name, getattr(builtins, name), None, True)
-        found["pow"] = Native("pow", self._pow, None, True)
+            names[name] = Native(name, getattr(builtins, name), None, True)
+        names["pow"] = Native("pow", self._pow, None, True)
         look = self.evaluator.look
-        found["enumerate"] = Native("enumerate", lambda items, start=0: enumerate(look(items), start))
-        found["reversed"] = Native("reversed", lambda items: reversed(look(items)))
+        names["enumerate"] = Native("enumerate", lambda items, start=0: enumerate(look(items), start))
+        names["reversed"] = Native("reversed", lambda items: reversed(look(items)))
         count = lambda value: len(value.parts()) if type(value) is Residual else len(look(value))
-        found["len"] = Native("len", count)
+        names["len"] = Native("len", count)
         for name in words("all any ascii bin chr filter hash hex iter map next oct ord repr sorted zip"):
-            found[name] = Native(name, getattr(builtins, name))
+            names[name] = Native(name, getattr(builtins, name))
         for name, value in vars(builtins).items():
             if isinstance(value, type) and issubclass(value, Exception):
-                found[name] = Native(name, value, value)
+                names[name] = Native(name, value, value)
         special: dict[str, Callable[..., Any]] = {
             "isinstance": functools.partial(is_instance, self.evaluator), "issubclass": self._is_subclass,
             "callable": _is_callable,
@@ -192,13 +194,13 @@ class PythonLibrary:
             "globals": self._unsafe("globals"), "locals": self._unsafe("locals"),
             "breakpoint": self._unsafe("breakpoint"), "dir": self._unsafe("dir"),
         }  # fmt: skip
-        found |= {name: Native(name, function) for name, function in special.items()}
-        found["type"] = Native("type", self._type, type)
-        found["property"] = Native("property", Property)
-        found["staticmethod"] = Native("staticmethod", StaticMethod)
-        found["classmethod"] = Native("classmethod", ClassMethod)
-        found["NotImplemented"], found["Ellipsis"], found["__debug__"] = NotImplemented, ..., True
-        return found
+        names |= {name: Native(name, function) for name, function in special.items()}
+        names["type"] = Native("type", self._type, type)
+        names["property"] = Native("property", Property)
+        names["staticmethod"] = Native("staticmethod", StaticMethod)
+        names["classmethod"] = Native("classmethod", ClassMethod)
+        names["NotImplemented"], names["Ellipsis"], names["__debug__"] = NotImplemented, ..., True
+        return names
 
     def _unsafe(self, name: str) -> Callable[..., Any]:
         def refuse(*arguments: Any, **named: Any) -> Any:
@@ -261,13 +263,13 @@ class PythonLibrary:
         kinds = {
             name: getattr(collections, name) for name in ["Counter", "OrderedDict", "defaultdict", "deque", "ChainMap"]
         }
-        found: dict[str, Any] = {name: _kind(f"collections.{name}", kind) for name, kind in kinds.items()}
-        found |= {name: Native(f"collections.{name}", _no_call, object) for name in ("UserDict", "UserList")}
-        found["namedtuple"] = Native(
+        names: dict[str, Any] = {name: _kind(f"collections.{name}", kind) for name, kind in kinds.items()}
+        names |= {name: Native(f"collections.{name}", _no_call, object) for name in ("UserDict", "UserList")}
+        names["namedtuple"] = Native(
             "collections.namedtuple",
             lambda name, fields, defaults=(), **_: named_tuple(self.evaluator, name, fields, defaults),
         )
-        return found
+        return names
 
     def _functools(self) -> dict[str, Any]:
         call = self.evaluator.call
@@ -355,10 +357,10 @@ class PythonLibrary:
         }  # fmt: skip
 
     def _enum(self) -> dict[str, Any]:
-        found: dict[str, Any] = {name: Native(f"enum.{name}", _no_call, object) for name in ENUMERATIONS}
-        found["auto"] = Native("enum.auto", lambda: PythonObject(AUTO))
-        found["unique"] = Native("enum.unique", lambda cls: cls)
-        return found
+        names: dict[str, Any] = {name: Native(f"enum.{name}", _no_call, object) for name in ENUMERATIONS}
+        names["auto"] = Native("enum.auto", lambda: PythonObject(AUTO))
+        names["unique"] = Native("enum.unique", lambda cls: cls)
+        return names
 
     def _dataclasses(self) -> dict[str, Any]:
         evaluator = self.evaluator
@@ -394,28 +396,28 @@ class PythonLibrary:
             "dataclass": dataclass, "field": field, "replace": replace, "asdict": as_dict, "astuple": as_tuple,
             "fields": fields, "is_dataclass": _is_dataclass,
         }  # fmt: skip
-        found: dict[str, Any] = {name: Native(f"dataclasses.{name}", function) for name, function in functions.items()}
-        found |= {name: Native(f"dataclasses.{name}", _no_call, object) for name in ("InitVar", "KW_ONLY")}
-        found["FrozenInstanceError"] = Native("FrozenInstanceError", AttributeError, AttributeError)
-        return found
+        names: dict[str, Any] = {name: Native(f"dataclasses.{name}", function) for name, function in functions.items()}
+        names |= {name: Native(f"dataclasses.{name}", _no_call, object) for name in ("InitVar", "KW_ONLY")}
+        names["FrozenInstanceError"] = Native("FrozenInstanceError", AttributeError, AttributeError)
+        return names
 
     def _typing(self) -> dict[str, Any]:
-        found: dict[str, Any] = {}
+        names: dict[str, Any] = {}
         for name in _TYPING:
             kind = getattr(collections.abc, name, None)
-            found[name] = Native(f"typing.{name}", _no_call, kind if isinstance(kind, type) else object)
-        found["Callable"] = Native("typing.Callable", _no_call, Callable)
-        found |= {name: Native(f"typing.{name}", _no_call, kind) for name, kind in _GENERIC.items()}
+            names[name] = Native(f"typing.{name}", _no_call, kind if isinstance(kind, type) else object)
+        names["Callable"] = Native("typing.Callable", _no_call, Callable)
+        names |= {name: Native(f"typing.{name}", _no_call, kind) for name, kind in _GENERIC.items()}
         for name in ("overload", "final", "runtime_checkable", "no_type_check", "override"):
-            found[name] = Native(f"typing.{name}", lambda each: each)
-        found["cast"] = Native("typing.cast", lambda kind, value: value)
+            names[name] = Native(f"typing.{name}", lambda each: each)
+        names["cast"] = Native("typing.cast", lambda kind, value: value)
         for name in ("TypeVar", "NewType", "ParamSpec"):
-            found[name] = Native(
+            names[name] = Native(
                 f"typing.{name}", lambda *rest, **named: Native("typing.Any", lambda value: value, object)
             )
-        found["TYPE_CHECKING"] = False
-        found["get_args"] = Native("typing.get_args", lambda kind: ())
-        return found
+        names["TYPE_CHECKING"] = False
+        names["get_args"] = Native("typing.get_args", lambda kind: ())
+        return names
 
     def _abc(self) -> dict[str, Any]:
         def abstract(function: Any) -> Any:
@@ -490,8 +492,8 @@ class PythonLibrary:
             leaves.append(lambda *error: evaluator.call(function, rest, named) and False)
 
         def leave(*error: Any) -> bool:
-            found = [bool(each(*error)) for each in reversed(leaves)]
-            return any(found)
+            results = [bool(each(*error)) for each in reversed(leaves)]
+            return any(results)
 
         stack = _manager(evaluator, lambda: stack, leave)
         stack.fields |= {"enter_context": Native("enter_context", enter), "callback": Native("callback", add)}
@@ -529,8 +531,8 @@ class _Names(dict[str, Any]):
         self._path, self._submodule = path, submodule
 
     def get(self, name: str, default: Any = None) -> Any:
-        found = self._submodule(f"{self._path}.{name}")
-        return super().get(name, default) if found is MISSING else found
+        member = self._submodule(f"{self._path}.{name}")
+        return super().get(name, default) if member is MISSING else member
 
 
 _TYPING = words(
@@ -545,7 +547,7 @@ _GENERIC: dict[str, Any] = {
 }  # fmt: skip
 
 
-def _kind(path: str, kind: Any, is_numeric: bool = False) -> Native:
+def _kind(path: str, kind: Any, *, is_numeric: bool = False) -> Native:
     return Native(path, kind, kind, is_numeric)
 
 
@@ -553,19 +555,19 @@ def _no_call(*arguments: Any, **named: Any) -> Any:
     raise UnsupportedPython("this type cannot be called")
 
 
-def _public(path: str, module: Any, numeric: bool = False) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+def _public(path: str, module: Any, *, numeric: bool = False) -> dict[str, Any]:
+    names: dict[str, Any] = {}
     for name, value in vars(module).items():
         if not name.startswith("_"):
             is_function = callable(value)
-            found[name] = Native(f"{path}.{name}", value, None, numeric) if is_function else value
+            names[name] = Native(f"{path}.{name}", value, None, numeric) if is_function else value
     if path == "math":
-        found["prod"] = Native("math.prod", product_of, None, True)
+        names["prod"] = Native("math.prod", product_of, None, True)
         for name in ("factorial", "comb", "perm"):
-            found[name] = Native(f"math.{name}", _small(getattr(math, name)), None)
+            names[name] = Native(f"math.{name}", _small(getattr(math, name)), None)
     return {
         name: value
-        for name, value in found.items()
+        for name, value in names.items()
         if type(value) is Native or isinstance(value, (int, float, complex))
     }
 
@@ -598,7 +600,7 @@ def _fraction(*given: Any) -> fractions.Fraction:
 def _limited_texts(names: dict[str, Any]) -> dict[str, Any]:
     def limited(function: Callable[..., Any]) -> Callable[..., Any]:
         def call(*arguments: Any, **named: Any) -> Any:
-            if sum(len(each) for each in (*arguments, *named.values()) if isinstance(each, str)) > _MAX_SEARCHED:
+            if sum(len(each) for each in (*arguments, *named.values()) if isinstance(each, str)) > _MAX_SEARCHED_LENGTH:
                 raise UnsupportedPython("this text is too long")
             return function(*arguments, **named)
 
@@ -665,7 +667,7 @@ def _manager(evaluator: PythonEvaluator, enter: Callable[[], Any], leave: Callab
 
 def _operators(evaluator: PythonEvaluator) -> dict[str, Any]:
     """Return the functions of ``operator``; those that can give huge results are limited."""
-    found = _public("operator", operator)
+    entries = _public("operator", operator)
 
     def get(value: Any, path: str) -> Any:
         for name in path.split("."):
@@ -685,21 +687,21 @@ def _operators(evaluator: PythonEvaluator) -> dict[str, Any]:
     def itemgetter(*indices: Any) -> Native:
         return Native("operator.itemgetter", operator.itemgetter(*indices))
 
-    found["attrgetter"], found["methodcaller"] = Native("operator.attrgetter", attrgetter), Native("", methodcaller)
-    found["itemgetter"] = Native("operator.itemgetter", itemgetter)
+    entries["attrgetter"], entries["methodcaller"] = Native("operator.attrgetter", attrgetter), Native("", methodcaller)
+    entries["itemgetter"] = Native("operator.itemgetter", itemgetter)
     # the host's versions have no limit on the size of a result
     for name in ("pow", "ipow", "mul", "imul", "lshift", "ilshift", "repeat", "call"):
-        found.pop(name, None)
+        entries.pop(name, None)
     for name, node in (("mul", ast.Mult()), ("pow", ast.Pow()), ("lshift", ast.LShift()), ("mod", ast.Mod())):
-        found[name] = Native(f"operator.{name}", _limited(evaluator, node, getattr(operator, name)))
-    return found
+        entries[name] = Native(f"operator.{name}", _limited(evaluator, node, getattr(operator, name)))
+    return entries
 
 
 def _limited(evaluator: PythonEvaluator, node: ast.operator, function: Callable[[Any, Any], Any]) -> Callable[..., Any]:
     return lambda left, right: evaluator.operate(node, function, left, right)
 
 
-_MAX_PATTERN, _MAX_SEARCHED = 200, 20_000
+_MAX_PATTERN_LENGTH, _MAX_SEARCHED_LENGTH = 200, 20_000  # characters: matching may backtrack
 _NESTED = re.compile(r"[*+}]\)*[*+{]|\([^()]*[*+][^()]*\)[*+{]")  # patterns that may backtrack without end
 
 
@@ -712,11 +714,14 @@ def _patterns() -> dict[str, Any]:
             may_go_back = _NESTED.search(text) or repeats_choices(text)
             flags = [each for each in (*rest, *named.values()) if isinstance(each, int) and each]  # or a count
             has_flags = flags or (isinstance(pattern, re.Pattern) and pattern.flags != re.UNICODE)
-            if len(text) > _MAX_PATTERN or (may_go_back and (has_flags or not is_deterministic(text))):
+            if len(text) > _MAX_PATTERN_LENGTH or (may_go_back and (has_flags or not is_deterministic(text))):
                 raise UnsupportedPython("this pattern may take too long to match", "use a simpler pattern")
             texts = [each for each in (*rest, *named.values()) if isinstance(each, str)]
             # the lengths multiply, since a replacement can be inserted at every character
-            if any(len(each) > _MAX_SEARCHED for each in texts) or math.prod(len(each) + 1 for each in texts) > 10**8:
+            if (
+                any(len(each) > _MAX_SEARCHED_LENGTH for each in texts)
+                or math.prod(len(each) + 1 for each in texts) > 10**8
+            ):
                 raise UnsupportedPython("this text is too long to be searched")
             check_repetitions(text, max(map(len, texts), default=0))
             return function(pattern, *rest, **named)
@@ -724,13 +729,15 @@ def _patterns() -> dict[str, Any]:
         return search
 
     names = "compile escape findall finditer fullmatch match search split sub"
-    found: dict[str, Any] = {name: Native(f"re.{name}", checked(getattr(re, name))) for name in names.split()}
-    found |= {name: getattr(re, name) for name in ("IGNORECASE", "I", "MULTILINE", "M", "VERBOSE", "X", "DOTALL", "S")}
-    found["Match"], found["Pattern"] = (
+    entries: dict[str, Any] = {name: Native(f"re.{name}", checked(getattr(re, name))) for name in names.split()}
+    entries |= {
+        name: getattr(re, name) for name in ("IGNORECASE", "I", "MULTILINE", "M", "VERBOSE", "X", "DOTALL", "S")
+    }
+    entries["Match"], entries["Pattern"] = (
         Native("re.Match", _no_call, re.Match),
         Native("re.Pattern", _no_call, re.Pattern),
     )
-    return found
+    return entries
 
 
 def _hashes() -> dict[str, Any]:
@@ -739,18 +746,18 @@ def _hashes() -> dict[str, Any]:
 
 
 def _hash_of(kind: str, data: bytes = b"", **_: Any) -> Native:
-    found = hashlib.new(kind, data, usedforsecurity=False)
-    methods = {name: Native(name, getattr(found, name)) for name in ("digest", "hexdigest", "update")}
+    hasher = hashlib.new(kind, data, usedforsecurity=False)
+    methods = {name: Native(name, getattr(hasher, name)) for name in ("digest", "hexdigest", "update")}
     return Native(f"hashlib.{kind}", _no_call, attributes=methods)
 
 
 def _strings() -> dict[str, Any]:
-    found: dict[str, Any] = {
+    names: dict[str, Any] = {
         name: value for name, value in vars(string).items() if type(value) is str and name[0] != "_"
     }
-    found["Template"] = _kind("string.Template", string.Template)
-    found["capwords"] = Native("string.capwords", string.capwords)
-    return found
+    names["Template"] = _kind("string.Template", string.Template)
+    names["capwords"] = Native("string.capwords", string.capwords)
+    return names
 
 
 def deep_copy(value: Any, memo: dict[int, Any] | None = None) -> Any:
@@ -776,11 +783,11 @@ def deep_copy(value: Any, memo: dict[int, Any] | None = None) -> Any:
         items += [deep_copy(each, memo) for each in value]
         return items
     if isinstance(value, dict):
-        found = value.copy()
-        found.clear()
-        memo[id(value)] = found
-        found.update({deep_copy(key, memo): deep_copy(each, memo) for key, each in value.items()})
-        return found
+        copy_of = value.copy()
+        copy_of.clear()
+        memo[id(value)] = copy_of
+        copy_of.update({deep_copy(key, memo): deep_copy(each, memo) for key, each in value.items()})
+        return copy_of
     if type(value) in (tuple, set, collections.deque):
         return type(value)(deep_copy(each, memo) for each in value)
     return value.copy() if isinstance(value, np.ndarray) else value
@@ -791,23 +798,23 @@ def deep_copy(value: Any, memo: dict[int, Any] | None = None) -> Any:
 
 def numpy_names(evaluator: PythonEvaluator) -> dict[str, Any]:
     """Return the names of numpy that programs may use."""
-    found: dict[str, Any] = {}
+    names: dict[str, Any] = {}
     for name in NUMPY:
         function = getattr(np, name, None)
         if function is not None:
-            found[name] = Native(f"np.{name}", _array_function(name, function), None, True)
-    found |= {name: _kind(f"np.{name}", getattr(np, name)) for name in NUMPY_TYPES}
-    found["ndarray"], found["float_"] = Native("np.ndarray", _no_call, np.ndarray), _kind("np.float64", np.float64)
-    found["integer"], found["floating"] = Native("np.integer", _no_call, np.integer), Native("", _no_call, np.floating)
-    found["number"], found["bool"] = Native("np.number", _no_call, np.number), _kind("np.bool_", np.bool_)
+            names[name] = Native(f"np.{name}", _array_function(name, function), None, True)
+    names |= {name: _kind(f"np.{name}", getattr(np, name)) for name in NUMPY_TYPES}
+    names["ndarray"], names["float_"] = Native("np.ndarray", _no_call, np.ndarray), _kind("np.float64", np.float64)
+    names["integer"], names["floating"] = Native("np.integer", _no_call, np.integer), Native("", _no_call, np.floating)
+    names["number"], names["bool"] = Native("np.number", _no_call, np.number), _kind("np.bool_", np.bool_)
     for name in ("matmul", "dot"):  # of poses that are known when the program runs
-        found[name] = Native(f"np.{name}", functools.partial(_product, getattr(np, name)), None, True)
-    found["nditer"] = Native("np.nditer", _items_of_arrays)
-    found |= {name: _Grid(getattr(np, name)) for name in ("c_", "mgrid", "ogrid", "r_")}
-    found["array"] = Native("np.array", _array_function("array", np.array))
-    found["asarray"] = Native("np.asarray", _array_function("asarray", np.asarray))
-    found["vectorize"] = Native("np.vectorize", _vectorized)
-    found |= {
+        names[name] = Native(f"np.{name}", functools.partial(_product, getattr(np, name)), None, True)
+    names["nditer"] = Native("np.nditer", _items_of_arrays)
+    names |= {name: _Grid(getattr(np, name)) for name in ("c_", "mgrid", "ogrid", "r_")}
+    names["array"] = Native("np.array", _array_function("array", np.array))
+    names["asarray"] = Native("np.asarray", _array_function("asarray", np.asarray))
+    names["vectorize"] = Native("np.vectorize", _vectorized)
+    names |= {
         "pi": np.pi,
         "e": np.e,
         "inf": np.inf,
@@ -821,10 +828,10 @@ def numpy_names(evaluator: PythonEvaluator) -> dict[str, Any]:
         for name in LINALG
     }
     linalg["LinAlgError"] = Native("LinAlgError", np.linalg.LinAlgError, np.linalg.LinAlgError)
-    found["linalg"] = Module("np.linalg", linalg)
+    names["linalg"] = Module("np.linalg", linalg)
     for name in ("errstate", "printoptions"):  # which change no result
-        found[name] = Native(f"np.{name}", lambda **_: _manager(evaluator, lambda: None, lambda *_: False))
-    found["random"] = Module(
+        names[name] = Native(f"np.{name}", lambda **_: _manager(evaluator, lambda: None, lambda *_: False))
+    names["random"] = Module(
         "np.random",
         {
             "default_rng": Native("np.random.default_rng", _seeded("default_rng", np.random.default_rng)),
@@ -832,7 +839,7 @@ def numpy_names(evaluator: PythonEvaluator) -> dict[str, Any]:
             "Generator": Native("np.random.Generator", _no_call, np.random.Generator),
         },
     )
-    return found
+    return names
 
 
 def _vectorized(function: Any = None, otypes: Any = None, **options: Any) -> Native:
@@ -1047,10 +1054,10 @@ def _rotations(evaluator: PythonEvaluator) -> dict[str, Any]:
             node.lineno = 0
     for _ in evaluator.execute(tree.body, frame):
         pass
-    found = {name: frame.names[name] for name in ("Rotation", "Slerp")}
-    for cls in (*found.values(), frame.names["RotationStack"]):
+    classes = {name: frame.names[name] for name in ("Rotation", "Slerp")}
+    for cls in (*classes.values(), frame.names["RotationStack"]):
         cls.options["is_partial"] = True
-    return found
+    return classes
 
 
 def _unsupported(message: str) -> None:

@@ -22,7 +22,7 @@ from scenelang.interpreter.transpile.evaluation import MAX_ITEMS, UnsupportedPyt
 from scenelang.interpreter.transpile.evaluation.objects import HostObject, Native
 
 Floats = npt.NDArray[np.float64]
-_MOST_OCTAVES = 64
+_MAX_OCTAVES = 64  # of one call, each as long as a call without octaves
 
 # --- noise ------------------------------------------------------------------------------------------------------------
 
@@ -138,13 +138,13 @@ def _steps(first: list[Any]) -> list[tuple[int, ...]]:
 def _layers(octaves: int, persistence: float, lacunarity: float) -> list[tuple[Any, Any]]:
     if octaves <= 0:
         raise ValueError("Expected octaves value > 0")
-    if octaves > _MOST_OCTAVES:
+    if octaves > _MAX_OCTAVES:
         raise UnsupportedPython("these octaves are too many")
-    found, frequency, amplitude = [], _F(1), _F(1)
+    layers, frequency, amplitude = [], _F(1), _F(1)
     for _ in range(octaves):
-        found.append((frequency, amplitude))
+        layers.append((frequency, amplitude))
         frequency, amplitude = frequency * _F(lacunarity), amplitude * _F(persistence)
-    return found
+    return layers
 
 
 def _summed(layers: list[tuple[Any, Any]], value: Callable[[Any], Any]) -> float:
@@ -331,13 +331,13 @@ class SimplexOfModule(HostObject):
 def open_simplex() -> dict[str, Any]:
     """Return the names of the module ``opensimplex``."""
     module = SimplexOfModule()
-    found = {
+    names = {
         name: Native(f"opensimplex.{name}", partial(module.call, name), attributes={"module": module})
         for name in OpenSimplex.shown
     }
-    found["seed"] = Native("opensimplex.seed", module.seed, attributes={"module": module})
-    found["OpenSimplex"] = Native("opensimplex.OpenSimplex", OpenSimplex, OpenSimplex)
-    return found
+    names["seed"] = Native("opensimplex.seed", module.seed, attributes={"module": module})
+    names["OpenSimplex"] = Native("opensimplex.OpenSimplex", OpenSimplex, OpenSimplex)
+    return names
 
 
 # --- perlin_noise -----------------------------------------------------------------------------------------------------

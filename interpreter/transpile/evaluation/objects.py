@@ -397,7 +397,7 @@ class PythonObject:
         """Return the fields without the values of cached properties, which follow from the others."""
         return {
             name: value for name, value in self.fields.items()
-            if not (type(found := self.cls.find(name)) is Property and found.is_cached)
+            if not (type(attribute := self.cls.find(name)) is Property and attribute.is_cached)
         }  # fmt: skip
 
     def compared(self) -> tuple[Any, ...] | None:
@@ -419,8 +419,8 @@ class PythonObject:
         method = self.method("__ne__")
         if method is not None:
             return method(other)
-        found = self.__eq__(other)
-        return found if found is NotImplemented else not found
+        result = self.__eq__(other)
+        return result if result is NotImplemented else not result
 
     def __hash__(self) -> int:
         method = self.method("__hash__")
@@ -448,8 +448,8 @@ class PythonObject:
     def __iter__(self) -> Iterator[Any]:
         method = self.method("__iter__")
         if method is not None:
-            found = method()
-            return found if type(found) is PythonObject else self.cls.caller.metered(iter(found))
+            iterator = method()
+            return iterator if type(iterator) is PythonObject else self.cls.caller.metered(iter(iterator))
         return self._items(self._required("__getitem__", f"'{self.cls.name}' object is not iterable"))
 
     @staticmethod
@@ -577,16 +577,16 @@ def _by_total_order(value: PythonObject, name: str, other: Any) -> Any:
         method = value.method(f"__{given}__")
         if method is None:
             continue
-        found = method(other)
-        if found is NotImplemented:
-            return found
+        result = method(other)
+        if result is NotImplemented:
+            return result
         is_strict, wants_strict = given in ("lt", "gt"), name in ("lt", "gt")
         if given[0] == name[0]:
-            return found and value != other if wants_strict else found or value == other
+            return result and value != other if wants_strict else result or value == other
         return (
-            (not found and (value != other if is_strict else True))
+            (not result and (value != other if is_strict else True))
             if wants_strict
-            else (not found if is_strict else not found or value == other)
+            else (not result if is_strict else not result or value == other)
         )
     return NotImplemented
 
@@ -631,8 +631,8 @@ def _value_operation(host: Any, name: str) -> Callable[..., Any]:
     def operation(self: Any, *arguments: Any) -> Any:
         method = self.own(name)
         if method is not None:
-            found = method(*arguments)
-            return self.cls.caller.metered(iter(found)) if name == "__iter__" else found
+            result = method(*arguments)
+            return self.cls.caller.metered(iter(result)) if name == "__iter__" else result
         return NotImplemented if inherited is None else inherited(self, *arguments)
 
     return operation
@@ -664,8 +664,8 @@ def _missing(self: Any, key: Any) -> Any:
         return method(key)
     if getattr(self, "default_factory", None) is None:
         raise KeyError(key)
-    self[key] = found = self.default_factory()
-    return found
+    self[key] = default = self.default_factory()
+    return default
 
 
 class NamedTuple(value_type(tuple)):  # type: ignore[misc]
@@ -711,8 +711,8 @@ class IntMember(int):
     def _combined(self, value: int) -> IntMember:
         for member in (self.cls.members or {}).values():
             if int(member) == value:
-                found: IntMember = member
-                return found
+                combined: IntMember = member
+                return combined
         named = [m.name for m in self.cls if m.name and int(m) and int(m) & value == int(m)]
         return int_member(self.cls, "|".join(named) or None, value, True)
 
@@ -721,8 +721,8 @@ def _flag_operation(name: str) -> Callable[[IntMember, Any], Any]:
     inherited = getattr(int, f"__{name}__")
 
     def operation(self: IntMember, other: Any) -> Any:
-        found = inherited(int(self), int(other)) if isinstance(other, int) else NotImplemented
-        return self._combined(found) if self.is_flag and found is not NotImplemented else found
+        result = inherited(int(self), int(other)) if isinstance(other, int) else NotImplemented
+        return self._combined(result) if self.is_flag and result is not NotImplemented else result
 
     return operation
 
@@ -846,9 +846,9 @@ def delete_attribute(evaluator: Caller, owner: Any, name: str) -> None:
         return
     if type(owner) is not PythonObject:
         raise UnsupportedPython("only attributes of the program's own objects can be deleted")
-    found = owner.cls.find(name)
-    if type(found) is Property and found.delete is not None:
-        evaluator.call(found.delete, (owner,), {})
+    attribute = owner.cls.find(name)
+    if type(attribute) is Property and attribute.delete is not None:
+        evaluator.call(attribute.delete, (owner,), {})
     elif owner.fields.pop(name, MISSING) is MISSING:
         raise AttributeError(f"'{owner.cls.name}' object has no attribute '{name}'")
 

@@ -148,8 +148,8 @@ class Residual:
         return residual(self.holder, "eq", (self, other))
 
     def __ne__(self, other: object) -> Any:
-        found = self.__eq__(other)
-        return not found if isinstance(found, bool) else residual(self.holder, "ne", (self, other))
+        result = self.__eq__(other)
+        return not result if isinstance(result, bool) else residual(self.holder, "ne", (self, other))
 
     def __str__(self) -> str:
         raise because(UnsupportedPython("a value of the finished scene cannot be part of a text here"), (self,))
@@ -213,9 +213,9 @@ def residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Resid
         if known is None:
             raise UnsupportedPython("objects of different loops cannot be compared here")
         return holder.loops.general(known.loop, known.values(), "value")  # type: ignore[no-any-return]
-    found = _residual(holder, operation, operands)
-    found.known = known
-    return found
+    result = _residual(holder, operation, operands)
+    result.known = known
+    return result
 
 
 def _is_object(value: Any) -> bool:
@@ -259,7 +259,7 @@ def _has_array(operands: tuple[Any, ...]) -> bool:
     )
 
 
-def _residual_operation(name: str, is_reflected: bool) -> Callable[[Residual, Any], Any]:
+def _residual_operation(name: str, *, is_reflected: bool) -> Callable[[Residual, Any], Any]:
     def operation(self: Residual, other: Any) -> Any:
         if self.kind == "shape":
             if name != "add" or not (type(other) is list or is_shape(other)):
@@ -273,8 +273,8 @@ def _residual_operation(name: str, is_reflected: bool) -> Callable[[Residual, An
 
 
 for _name in _OPERATORS:
-    setattr(Residual, f"__{_name}__", _residual_operation(_name, False))
-    setattr(Residual, f"__r{_name}__", _residual_operation(_name, True))
+    setattr(Residual, f"__{_name}__", _residual_operation(_name, is_reflected=False))
+    setattr(Residual, f"__r{_name}__", _residual_operation(_name, is_reflected=True))
 for _name in ("lt", "le", "gt", "ge"):
     setattr(Residual, f"__{_name}__", lambda self, other, _name=_name: residual(self.holder, _name, (self, other)))
 for _name in ("neg", "abs"):
@@ -332,10 +332,10 @@ def is_kind_of(value: Residual, kind: Any) -> bool:
         "shape": (list,), "pose": (np.ndarray,), "array": (np.ndarray,), "int": (int,), "float": (float,),
         "bool": (bool,), "number": (int, float, np.integer, np.floating), "any": (int, str, tuple, object()),
     }  # fmt: skip
-    found = {isinstance(each, type) and issubclass(each, kind) for each in kinds[value.kind]}
-    if len(found) > 1:
+    answers = {isinstance(each, type) and issubclass(each, kind) for each in kinds[value.kind]}
+    if len(answers) > 1:
         raise undecided(value)
-    return True in found
+    return True in answers
 
 
 def undecided(value: Residual) -> UnsupportedPython:
@@ -399,9 +399,9 @@ def attribute_of_residual(evaluator: Evaluating, value: Residual, name: str) -> 
 def _of_known(evaluator: Evaluating, value: Residual, name: str) -> Any:
     """Return an attribute of a value that is another in every turn of a loop; methods are those of constants."""
     assert value.known is not None
-    found = [evaluator.attribute(each, name) for each in value.known.values()]
-    if not isinstance(found[0], (Native, BoundMethod)):
-        return evaluator.loops.general(value.known.loop, found, name)
+    attributes = [evaluator.attribute(each, name) for each in value.known.values()]
+    if not isinstance(attributes[0], (Native, BoundMethod)):
+        return evaluator.loops.general(value.known.loop, attributes, name)
 
     def method(*arguments: Any) -> Any:
         call = lambda each, *rest: evaluator.call(evaluator.attribute(each, name), rest, {})
@@ -420,7 +420,7 @@ def parameter_in(node: ast.expr) -> str | None:
 # --- parts --------------------------------------------------------------------------------------------------------
 
 
-_MOST_COLUMNS, _MOST_COLUMNS_OF_FRAMES = 24, 500
+_MAX_COLUMNS, _MAX_COLUMNS_OF_FRAMES = 24, 500  # of tables that replace similar expressions
 _ALIASES = {"np": "numpy_module", "math": "math_module", "random": "random_module"}
 
 
@@ -475,7 +475,7 @@ class Part:
 
     def names_in(self, node: ast.AST) -> set[str]:
         """Return the variables that an expression needs: parameters, draws, and what differs from turn to turn."""
-        found: set[str] = set()
+        names: set[str] = set()
         seen: set[str] = set()
         pending = [node]
         while pending:
@@ -487,8 +487,8 @@ class Part:
                 if home is not None and each.id in home.values:
                     pending.append(home.values[each.id].node)
                 elif home is not None or each.id in self.names.columns or each.id in self.root.parameters:
-                    found.add(each.id)
-        return found
+                    names.add(each.id)
+        return names
 
     def known(self) -> set[str]:
         """Return the names that may be used in this part."""
@@ -687,9 +687,9 @@ class _Writer(ast.NodeTransformer):
 
     def frames(self, node: ast.List) -> ast.expr:
         """Write the frames of an animation, as a comprehension if they are similar."""
-        found = rolled([self.visit(each) for each in node.elts], _MOST_COLUMNS_OF_FRAMES)
-        only = found[0] if len(found) == 1 else None
-        return only.value if isinstance(only, ast.Starred) else ast.List(found, ast.Load())
+        expressions = rolled([self.visit(each) for each in node.elts], _MAX_COLUMNS_OF_FRAMES)
+        only = expressions[0] if len(expressions) == 1 else None
+        return only.value if isinstance(only, ast.Starred) else ast.List(expressions, ast.Load())
 
 
 def _assigned(name: str, value: ast.expr) -> ast.stmt:
@@ -748,21 +748,21 @@ def _unnested(nodes: Sequence[ast.expr]) -> Iterator[ast.expr]:
 # generalised to their least general common form (anti-unification; Plotkin 1970); what differs becomes a table.
 
 
-_FEWEST = 3  # expressions that become a loop
+_MIN_LOOP_TURNS = 3  # expressions that become a loop
 
 
-def rolled(nodes: Iterable[ast.expr], most: int = _MOST_COLUMNS) -> list[ast.expr]:
+def rolled(nodes: Iterable[ast.expr], most: int = _MAX_COLUMNS) -> list[ast.expr]:
     """Return expressions with loops, over tables of at most ``most`` columns, in place of runs of similar ones."""
-    found: list[ast.expr] = []
+    expressions: list[ast.expr] = []
     run: list[ast.expr] = []
     shape = ""
     for node in nodes:
         own = _shape(node)
         if own != shape:
-            found += _loop(run, most)
+            expressions += _loop(run, most)
             run, shape = [], own
         run.append(node)
-    return found + _loop(run, most)
+    return expressions + _loop(run, most)
 
 
 def _shape(node: ast.expr) -> str:
@@ -794,7 +794,7 @@ def _is_number(node: ast.AST) -> bool:
 
 
 def _loop(run: Sequence[ast.expr], most: int) -> list[ast.expr]:
-    if len(run) < _FEWEST or isinstance(run[0], ast.Starred):
+    if len(run) < _MIN_LOOP_TURNS or isinstance(run[0], ast.Starred):
         return list(run)
     rows = [_numbers(node) for node in run]
     columns = list(zip(*rows))

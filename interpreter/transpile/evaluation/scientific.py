@@ -225,26 +225,26 @@ def library_names(path: str) -> dict[str, Any]:
     except SceneError as error:
         message = f"the module `{path}` needs `python-libraries`"
         raise UnsupportedPython(message, error.hint, "backend") from error
-    found: dict[str, Any] = {}
+    names: dict[str, Any] = {}
     for name in words(FUNCTIONS[path]):
         value = getattr(module, name, None)
         if callable(value):
             kind = value if isinstance(value, type) else None
-            found[name] = Native(f"{path}.{name}", _checked(f"{path}.{name}", value), kind)
-    return found
+            names[name] = Native(f"{path}.{name}", _checked(f"{path}.{name}", value), kind)
+    return names
 
 
 def library_attribute(value: Any, row: LibraryClass, name: str, missing: Any) -> Any:
     """Return an attribute of an object of a library, ``missing`` for one that is not in the table."""
     if name not in row.attributes or name.startswith("_"):
         return missing
-    found = getattr(value, name)
-    if not callable(found) or library_class(found) is not None:
-        return _shown(name, found)
+    attribute = getattr(value, name)
+    if not callable(attribute) or library_class(attribute) is not None:
+        return _shown(name, attribute)
 
     def call(*arguments: Any, **named: Any) -> Any:
         _check(name, (value, *arguments), named) if name in _COUNTS else _check(name, arguments, named)
-        return _shown(name, found(*arguments, **named))
+        return _shown(name, attribute(*arguments, **named))
 
     return Native(name, call)
 

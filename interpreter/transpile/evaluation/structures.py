@@ -15,7 +15,7 @@ import numpy as np
 from scenelang.interpreter.transpile.evaluation.objects import NamedTuple, PythonObject
 from scenelang.interpreter.transpile.evaluation.residue import Residual, node_of
 
-_MOST_LEAVES, _DEEPEST = 24, 4
+_MAX_LEAVES, _MAX_DEPTH = 24, 4  # of a value that a general function may take
 _LEAVES = (int, float, bool, str, np.integer, np.floating)
 
 
@@ -38,7 +38,7 @@ def is_general(value: Any) -> bool:
     if type(value) in (tuple, list):
         return 2 <= len(parts) <= 4 and all(map(_is_number, parts))
     leaves = list(_leaves(value, 0))
-    return 0 < len(leaves) <= _MOST_LEAVES and all(map(_is_leaf, leaves))
+    return 0 < len(leaves) <= _MAX_LEAVES and all(map(_is_leaf, leaves))
 
 
 def _is_number(value: Any) -> bool:
@@ -50,7 +50,7 @@ def _is_leaf(value: Any) -> bool:
 
 
 def _leaves(value: Any, depth: int) -> Iterator[Any]:
-    parts = parts_of(value) if depth < _DEEPEST else None
+    parts = parts_of(value) if depth < _MAX_DEPTH else None
     if parts is None:
         yield value
     else:
@@ -85,9 +85,9 @@ def generalised(value: Any, path: tuple[int, ...], leaf: Callable[[tuple[int, ..
         return leaf(path)
     made = [generalised(each, (*path, number), leaf) for number, each in enumerate(parts)]
     if type(value) is NamedTuple:
-        found = NamedTuple(made)
-        found.cls, found.fields = value.cls, dict(value.fields)
-        return found
+        result = NamedTuple(made)
+        result.cls, result.fields = value.cls, dict(value.fields)
+        return result
     if type(value) is PythonObject:
         return PythonObject(value.cls, dict(zip(value.fields, made)), is_general=True)
     return np.array(made, dtype=object) if type(value) is np.ndarray else type(value)(made)
@@ -109,14 +109,14 @@ def part_of(name: str, path: tuple[int, ...]) -> ast.expr:
 
 def lengths_in(name: str, value: Any) -> dict[str, int]:
     """Return the lengths of the tuples that a parameter is and contains, by their expressions."""
-    found: dict[str, int] = {}
+    lengths: dict[str, int] = {}
 
     def walk(each: Any, path: tuple[int, ...]) -> None:
         parts = parts_of(each)
         if parts is not None:
-            found[ast.dump(part_of(name, path))] = len(parts)
+            lengths[ast.dump(part_of(name, path))] = len(parts)
             for number, part in enumerate(parts):
                 walk(part, (*path, number))
 
     walk(value, ())
-    return found
+    return lengths

@@ -170,20 +170,20 @@ class _Tabulation:
 
     def _shape_makers(self) -> set[str]:
         """Return the names of functions and classes that make shapes, directly or through others."""
-        found = {*_SHAPE_MAKERS, *_modelling_called(self._tree)}
+        makers = {*_SHAPE_MAKERS, *_modelling_called(self._tree)}
         tops = [each for each in self._tree.body if isinstance(each, (ast.FunctionDef, ast.ClassDef))]
         uses = {each.name: _names_in(each) for each in tops}
         changed = True
         while changed:
-            more = {name for name, used in uses.items() if used & found} - found
+            more = {name for name, used in uses.items() if used & makers} - makers
             methods = {
                 each.name
                 for cls in tops if isinstance(cls, ast.ClassDef)
-                for each in _methods_of(cls) if not each.name.startswith("__") and _names_in(each) & found
+                for each in _methods_of(cls) if not each.name.startswith("__") and _names_in(each) & makers
             }  # fmt: skip
-            changed = bool((more | methods) - found)
-            found |= more | methods
-        return found
+            changed = bool((more | methods) - makers)
+            makers |= more | methods
+        return makers
 
     def _is_shapeless(self, *nodes: ast.AST) -> bool:
         """Return whether a part neither makes shapes nor uses variables that hold some."""
@@ -201,17 +201,17 @@ class _Tabulation:
         """Return the variables of a function that hold shapes: those assigned from what makes some."""
         if scope in self._variables:
             return self._variables[scope]
-        found: set[str] = set()
+        variables: set[str] = set()
         assigned = [(_targets(node), _names_in(_value_in(node))) for node in walk_tree(scope)]
         changed = True
         while changed:
             changed = False
             for targets, used in assigned:
-                if targets - found and used & (self._shaped | found):
-                    found |= targets
+                if targets - variables and used & (self._shaped | variables):
+                    variables |= targets
                     changed = True
-        self._variables[scope] = found
-        return found
+        self._variables[scope] = variables
+        return variables
 
     def _find_opaque(self) -> None:
         """Find the functions, classes and methods without shapes in which errors are, and those that use them."""
@@ -617,7 +617,7 @@ class _Tabulation:
         )
         value: ast.expr | None = None
         if shown and site.rows:
-            value = self._value(site, made, is_top)
+            value = self._value(site, made, is_top=is_top)
         if site.is_expression:
             copied = memo[id(first)]
             new = value if value is not None else ast.Constant(0 if site.index else None)
@@ -653,7 +653,7 @@ class _Tabulation:
             node = self._parents[node]
             yield node
 
-    def _value(self, site: _Site, made: list[ast.stmt], is_top: bool) -> ast.expr:
+    def _value(self, site: _Site, made: list[ast.stmt], *, is_top: bool) -> ast.expr:
         """Return the expression of what a site gives: data, a constant, or a look-up in a table."""
         rows = list(site.rows.values())
         values = [row[1][0] if len(row[1]) == 1 else ast.Tuple(row[1], ast.Load()) for row in rows]
@@ -671,11 +671,11 @@ class _Tabulation:
         if not table.nodes:
             name = self._new_name(site, is_constant=True)
             made.append(placed(ast.Assign([ast.Name(name, ast.Store())], values[0]), site.nodes[0], is_new=True))
-            found: ast.expr = ast.Name(name, ast.Load())
+            expression: ast.expr = ast.Name(name, ast.Load())
         else:
-            found = self._look_up(site, table, values, made)
+            expression = self._look_up(site, table, values, made)
         is_item = lists is not None and place is not None
-        return ast.Subscript(found, parts[place], ast.Load()) if is_item and place is not None else found
+        return ast.Subscript(expression, parts[place], ast.Load()) if is_item and place is not None else expression
 
     def _look_up(self, site: _Site, keys: _Keys, values: list[ast.expr], made: list[ast.stmt]) -> ast.expr:
         """Return the call of a function that finds data by its keys in a table."""
@@ -689,15 +689,15 @@ class _Tabulation:
         message = f"{where}: change the value there, and translate that"
         error = ast.Raise(call_node("ValueError", [ast.Constant(message)]), None)
         test = ast.Compare(copy.deepcopy(key), [ast.In()], [ast.Name(table, ast.Load())])
-        found = ast.Return(ast.Subscript(ast.Name(table, ast.Load()), copy.deepcopy(key), ast.Load()))
+        row = ast.Return(ast.Subscript(ast.Name(table, ast.Load()), copy.deepcopy(key), ast.Load()))
         arguments = ast.arguments([], [ast.arg(each) for each in keys.names], None, [], [], None, [])
-        function = ast.FunctionDef(name, arguments, [ast.If(test, [found], []), error], [], None)
+        function = ast.FunctionDef(name, arguments, [ast.If(test, [row], []), error], [], None)
         data = ast.Dict(list(keys.rows), values)
         made.append(placed(ast.Assign([ast.Name(table, ast.Store())], data), site.nodes[0], is_new=True))
         made.append(placed(function, site.nodes[0], is_new=True))
         return ast.Call(ast.Name(name, ast.Load()), keys.nodes, [])
 
-    def _new_name(self, site: _Site, is_constant: bool) -> str:
+    def _new_name(self, site: _Site, *, is_constant: bool) -> str:
         """Return an unused name for a constant or look-up function, derived from the place of its value."""
         stem = ""
         shown = [each for each in site.outputs if each not in site.hidden]
@@ -765,8 +765,8 @@ class _Run(Folding):
                 stream.seed(0)
             self._is_started = True
             heap = Heap.of((self.evaluator.module, *self.streams))
-            found = self.evaluator.call(self._functions[root][0], (), {})
-            for _ in self.evaluator.iterate(found) if type(found) is PythonGenerator else ():
+            result = self.evaluator.call(self._functions[root][0], (), {})
+            for _ in self.evaluator.iterate(result) if type(result) is PythonGenerator else ():
                 pass
             if heap is None or not heap.is_unchanged():
                 raise UnsupportedPython("the program changes its data")
@@ -798,8 +798,8 @@ class _Run(Folding):
         name = self._find(func_name)
         if name is not None:
             self._called.setdefault(name, named)
-        found = self._shape if name is None else self.evaluator.call(self._functions[name][0], (), named)
-        return list(found) if type(found) is PythonGenerator else self._shape
+        result = self._shape if name is None else self.evaluator.call(self._functions[name][0], (), named)
+        return list(result) if type(result) is PythonGenerator else self._shape
 
     def _pose_by(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """Return a function that gives a pose, one that is not known for numbers that are not."""
@@ -833,14 +833,14 @@ class _Run(Folding):
 
     def _measure(self, number: int, value: Any, *keys: Any) -> Any:
         self._enter(number, value, *keys)
-        found = self.evaluator.call(value, (), {})
+        result = self.evaluator.call(value, (), {})
         site = self._sites[number]
-        if site.index or ((_is_iterator(found) or isinstance(found, _VIEWS)) and site.is_taken):
-            found = list(itertools.islice(self.evaluator.iterate(found), _MOST_ITEMS))
-            if len(found) == _MOST_ITEMS:
+        if site.index or ((_is_iterator(result) or isinstance(result, _VIEWS)) and site.is_taken):
+            result = list(itertools.islice(self.evaluator.iterate(result), _MOST_ITEMS))
+            if len(result) == _MOST_ITEMS:
                 raise UnsupportedPython("an endless iterator is no data")
-        self._leave(number, lambda: found)
-        return found
+        self._leave(number, lambda: result)
+        return result
 
     def _enter(self, number: int, *keys: Any) -> None:
         site = self._sites[number]
@@ -993,8 +993,8 @@ def _about(linear: np.ndarray[Any, Any], point: Any) -> np.ndarray[Any, Any]:
 
 def _unit(direction: Any) -> np.ndarray[Any, Any]:
     axis = np.asarray(direction, float)[:3]
-    found: np.ndarray[Any, Any] = axis / np.linalg.norm(axis)
-    return found
+    unit: np.ndarray[Any, Any] = axis / np.linalg.norm(axis)
+    return unit
 
 
 def _translation(offset: Any) -> np.ndarray[Any, Any]:
@@ -1119,17 +1119,17 @@ def _names_in(node: ast.AST | None) -> set[str]:
 
 def _targets(node: ast.AST) -> set[str]:
     """Return the variables that a node assigns, or whose values it may change."""
-    found: list[ast.AST] = []
+    nodes: list[ast.AST] = []
     if isinstance(node, ast.Assign):
-        found = [each for target in node.targets for each in walk_tree(target)]
+        nodes = [each for target in node.targets for each in walk_tree(target)]
     elif isinstance(node, (ast.AugAssign, ast.AnnAssign, ast.For, ast.comprehension, ast.NamedExpr)):
-        found = walk_tree(node.target)
+        nodes = walk_tree(node.target)
     elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
         variable = variable_of(node.func)
-        found = [variable] if variable is not None else []
+        nodes = [variable] if variable is not None else []
     elif isinstance(node, ast.FunctionDef):
         return {node.name}
-    return {each.id for each in found if isinstance(each, ast.Name)}
+    return {each.id for each in nodes if isinstance(each, ast.Name)}
 
 
 def _value_in(node: ast.AST) -> ast.AST | None:
@@ -1192,22 +1192,22 @@ def _by_index(
 ) -> tuple[list[list[ast.expr]], list[ast.expr]] | None:
     """Return rows whose values are lists by an index, the column at a place, if it counts from 0 in each of them."""
     others = [*columns[:place], *columns[place + 1 :]]
-    found: dict[str, tuple[list[ast.expr], list[ast.expr]]] = {}
+    items_by_key: dict[str, tuple[list[ast.expr], list[ast.expr]]] = {}
     for n, value in enumerate(values):
         key = [column[n] for column in others]
-        _, items = found.setdefault(_text_of(*key), (key, []))
+        _, items = items_by_key.setdefault(_text_of(*key), (key, []))
         index = columns[place][n]
         if not isinstance(index, ast.Constant) or index.value != len(items):
             return None
         items.append(value)
-    keys = [key for key, _ in found.values()]
-    rows: list[ast.expr] = [ast.List(items, ast.Load()) for _, items in found.values()]
+    keys = [key for key, _ in items_by_key.values()]
+    rows: list[ast.expr] = [ast.List(items, ast.Load()) for _, items in items_by_key.values()]
     return [[key[n] for key in keys] for n in range(len(others))], rows
 
 
 def _name_of_key(part: Any) -> str:
-    found: Any = part.args[0] if isinstance(part, ast.Call) else part
-    return str(found.attr if isinstance(found, ast.Attribute) else found.id)
+    named: Any = part.args[0] if isinstance(part, ast.Call) else part
+    return str(named.attr if isinstance(named, ast.Attribute) else named.id)
 
 
 def _key_parts(name: str, attributes: list[str]) -> list[ast.expr]:

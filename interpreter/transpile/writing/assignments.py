@@ -361,11 +361,11 @@ def _starred_list(w: Writer, node: ast.Starred, code: Code) -> Code:
 
 def write_augmented_assign(w: Writer, node: ast.AugAssign, block: Block, note: Code) -> None:
     """Generate ``a += value``."""
-    target, found = node.target, w.type(node.target)
-    if isinstance(node.op, ast.Add) and found.kinds & LIST and not found.kinds & ~(LIST | SHAPE):
+    target, inferred = node.target, w.type(node.target)
+    if isinstance(node.op, ast.Add) and inferred.kinds & LIST and not inferred.kinds & ~(LIST | SHAPE):
         _extend_in_place(w, node, block, note)
         return
-    if found.kinds & ARRAY and found.only(ARRAY) and any(site.is_mutated for site in found.sites):
+    if inferred.kinds & ARRAY and inferred.only(ARRAY) and any(site.is_mutated for site in inferred.sites):
         if _update_array(w, node, block, note):
             return
     load = _loaded(w, target)

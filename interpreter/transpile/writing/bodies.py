@@ -244,7 +244,7 @@ def _exiting_branch(w: Writer, node: ast.If, rest: Sequence[ast.stmt], mode: Mod
 
 
 def _exiting_clauses(
-    w: Writer, node: ast.If, rest: list[ast.stmt], mode: Mode, block: Block, clauses: list[Code], dry: bool
+    w: Writer, node: ast.If, rest: list[ast.stmt], mode: Mode, block: Block, clauses: list[Code], *, dry: bool
 ) -> bool:
     """Append the clauses of ``node`` followed by ``rest``; with ``dry``, only return whether that is possible."""
     assert mode.exit_kind is not None
@@ -355,7 +355,7 @@ def _if_value(w: Writer, node: ast.If, mode: Mode) -> Code:
 def _live_assignments(w: Writer, node: ast.stmt) -> list[PythonVariable]:
     """Return the variables, other than cells, that a compound statement assigns and that are read after it."""
     after = w.liveness.after.get(node, frozenset())
-    found: dict[PythonVariable, None] = {}
+    variables: dict[PythonVariable, None] = {}
     for inner in walk_tree(node):
         if isinstance(inner, (ast.Name, ast.FunctionDef)) and not (
             isinstance(inner, ast.Name) and isinstance(inner.ctx, ast.Load)
@@ -364,8 +364,8 @@ def _live_assignments(w: Writer, node: ast.stmt) -> list[PythonVariable]:
                 w.names.variables.get(inner) if isinstance(inner, ast.Name) else w.names.functions[inner].variable
             )
             if variable is not None and variable in after and not variable.is_cell:
-                found[variable] = None
-    return list(found)
+                variables[variable] = None
+    return list(variables)
 
 
 def _phi(
@@ -379,7 +379,7 @@ def _phi(
     missing = {variable for variable in variables if not _is_set_before(w, variable, node)}
     if len(variables) == 1:
         variable = variables[0]
-        code = write(Mode(None, lambda b: _branch_value(b, variable, variable in missing)))
+        code = write(Mode(None, lambda b: _branch_value(b, variable, is_missing=variable in missing)))
         block.define(variable, code, w.effect(node), note)
         return
     code = write(Mode(None, lambda b: _branch_values(b, variables, missing)))
@@ -414,7 +414,7 @@ def _is_inside(w: Writer, node: ast.AST, outer: ast.AST) -> bool:
     return inner is outer
 
 
-def _branch_value(block: Block, variable: PythonVariable, is_missing: bool) -> Code:
+def _branch_value(block: Block, variable: PythonVariable, *, is_missing: bool) -> Code:
     """Return the value of a variable at the end of a branch.
 
     The value is none if neither the branch nor the code before assigns it.
@@ -439,7 +439,7 @@ def _branch_values(block: Block, variables: list[PythonVariable], missing: set[P
         return form("list", *values)
     if len(items) == 1 and _binds_in_order(items[0].target, variables):
         return items.pop().value
-    return form("list", *(_branch_value(block, v, v in missing) for v in variables))
+    return form("list", *(_branch_value(block, v, is_missing=v in missing) for v in variables))
 
 
 def _binds_in_order(target: Code | None, variables: list[PythonVariable]) -> bool:

@@ -211,8 +211,8 @@ def _sort(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
 
 
 def _copy(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
-    found = w.type(func.value)
-    if w.is_mutated(node) or any(site.is_mutated for site in found.sites) or found.kinds & (DICT | SET):
+    inferred = w.type(func.value)
+    if w.is_mutated(node) or any(site.is_mutated for site in inferred.sites) or inferred.kinds & (DICT | SET):
         return form("mutable", w.expr(func.value))
     return w.expr(func.value)
 
@@ -258,8 +258,8 @@ def _update(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
         return form("extend!", w.expr(func.value), *(write_iterable(w, a) for a in node.args))
     other: Code | None = form("table", *pairs) if pairs else None
     if node.args:
-        found = w.type(node.args[0])
-        other = w.expr(node.args[0]) if found.may(DICT) else form("list->table", w.expr(node.args[0]))
+        inferred = w.type(node.args[0])
+        other = w.expr(node.args[0]) if inferred.may(DICT) else form("list->table", w.expr(node.args[0]))
     return form("update!", w.expr(func.value), other or form("table"))
 
 
@@ -310,8 +310,8 @@ def _join(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
 
 def _string_find(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "sub", func.attr)
-    found = form("string-index", w.expr(func.value), w.expr(given["sub"]))
-    return form("or", found, LiteralCode(-1)) if func.attr == "find" else found
+    position = form("string-index", w.expr(func.value), w.expr(given["sub"]))
+    return form("or", position, LiteralCode(-1)) if func.attr == "find" else position
 
 
 def _title(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
@@ -352,12 +352,12 @@ def _isspace(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
 def _index(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "x", "index")
     if w.type(func.value).only(STR):
-        found = form("string-index", w.expr(func.value), w.expr(given["x"]))
-        return form("or", found, form("error", LiteralCode("substring not found")))
+        position = form("string-index", w.expr(func.value), w.expr(given["x"]))
+        return form("or", position, form("error", LiteralCode("substring not found")))
     if never_contains(w, func.value, given["x"]):
         return after_effects(w, (func.value, given["x"]), form("error", LiteralCode("the item is not in the list")))
-    found = form("index-of", w.expr(func.value), w.expr(given["x"]))
-    return form("or", found, form("error", LiteralCode("the item is not in the list")))
+    position = form("index-of", w.expr(func.value), w.expr(given["x"]))
+    return form("or", position, form("error", LiteralCode("the item is not in the list")))
 
 
 def _remove(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
@@ -401,8 +401,8 @@ def _same(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
 
 
 def _dot(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
-    found = w.type(func.value)
-    return form("@" if found.kinds & POSE else "dot", write_array(w, func.value), write_array(w, node.args[0]))
+    inferred = w.type(func.value)
+    return form("@" if inferred.kinds & POSE else "dot", write_array(w, func.value), write_array(w, node.args[0]))
 
 
 def _array_copy(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
@@ -639,30 +639,30 @@ def write_copy(w: Writer, node: ast.Call) -> Code:
     is_deep = w.paths.of(node.func) == "copy.deepcopy"
     if w.type(value).kinds & RECORD:
         raise w.unsupported("copying a record", node, "create a new record")
-    return _copied(w, w.expr(value), w.type(value) | w.type(node), is_deep, 0)
+    return _copied(w, w.expr(value), w.type(value) | w.type(node), 0, is_deep=is_deep)
 
 
-def _copied(w: Writer, code: Code, found: AbstractType, is_deep: bool, level: int) -> Code:
+def _copied(w: Writer, code: Code, inferred: AbstractType, level: int, *, is_deep: bool) -> Code:
     """Return a copy of mutable containers, recursively for a deep copy; immutable values are not copied."""
-    if not _is_mutated(found, 0) or level > 3:
+    if not _is_mutated(inferred, 0) or level > 3:
         return code
     inner = AbstractType(0)
-    for site in found.sites:
+    for site in inferred.sites:
         inner = inner | site.element
     if not is_deep or not _is_mutated(inner, 0):
         return form("mutable", code)
     item = PythonVariable("item", None, is_temporary=True)
-    copied = _copied(w, VariableRef(item), inner, True, level + 1)
-    if found.only(DICT):
+    copied = _copied(w, VariableRef(item), inner, level + 1, is_deep=True)
+    if inferred.only(DICT):
         key = PythonVariable("key", None, is_temporary=True)
         clauses = FormCode([FormCode([FormCode([VariableRef(key), VariableRef(item)]), form("table-items", code)])])
         return FormCode([Name("for/table"), clauses, form("list", VariableRef(key), copied)])
     return form("mutable", FormCode([Name("for/list"), FormCode([FormCode([VariableRef(item), code])]), copied]))
 
 
-def _is_mutated(found: AbstractType, level: int) -> bool:
+def _is_mutated(inferred: AbstractType, level: int) -> bool:
     """Return whether a container, or one inside it, is modified anywhere."""
-    return any(site.is_mutated or (level < 4 and _is_mutated(site.element, level + 1)) for site in found.sites)
+    return any(site.is_mutated or (level < 4 and _is_mutated(site.element, level + 1)) for site in inferred.sites)
 
 
 def _not_here(what: str, hint: str) -> CallWriter:

@@ -268,18 +268,18 @@ class Namer:
     # --- scopes ------------------------------------------------------------------------------------------------
 
     def _top_level_variables(self) -> list[PythonVariable]:
-        found: dict[PythonVariable, None] = {}
+        variables: dict[PythonVariable, None] = {}
         for form in self._forms:
             if isinstance(form, FormCode) and len(form.items) > 1 and type(form.items[0]) is Name:
                 head, target = form.items[0].text, form.items[1]
                 if head == "define" and isinstance(target, FormCode):
                     target = target.items[0]
                 if head in ("define", "define-record") and type(target) is VariableRef:
-                    found[target.variable] = None
+                    variables[target.variable] = None
                 elif head == "define-values":
-                    found.update(dict.fromkeys(v for v in _variables(target)))
+                    variables.update(dict.fromkeys(v for v in _variables(target)))
         records = {v: None for form in self._forms for v in _variables(form) if v.record is not None}
-        return [*found, *(v for v in records if v not in found)]
+        return [*variables, *(v for v in records if v not in variables)]
 
     def _find_hidden(self, code: Code) -> None:
         """Record which names a variable must not get, since a word keeps those of its parameters.
@@ -398,54 +398,54 @@ def _bound_variables(node: Code) -> list[PythonVariable]:
     if type(head) is not Name:
         return []
     text = head.text
-    found: list[PythonVariable] = []
+    variables: list[PythonVariable] = []
     if text == "lambda" and len(node.items) > 1:
-        found = _parameters(node.items[1])
+        variables = _parameters(node.items[1])
     elif text == "define" and len(node.items) > 1 and isinstance(node.items[1], FormCode):
         signature = node.items[1]
-        found = _parameters(FormCode(signature.items[1:], None, signature.rest))
+        variables = _parameters(FormCode(signature.items[1:], None, signature.rest))
     elif text in ("let", "let*") and len(node.items) > 1 and isinstance(node.items[1], FormCode):
-        found = [
+        variables = [
             v for binding in node.items[1].items if isinstance(binding, FormCode) for v in _variables(binding.items[0])
         ]
     elif text.startswith("for") and len(node.items) > 1 and isinstance(node.items[1], FormCode):
-        found = [
+        variables = [
             v for clause in node.items[1].items
             if isinstance(clause, FormCode) and len(clause.items) == 2 for v in _variables(clause.items[0])
         ]  # fmt: skip
     elif text == "let/ec" and len(node.items) > 1:
-        found = _variables(node.items[1])
+        variables = _variables(node.items[1])
     elif text == "guard" and len(node.items) > 1 and isinstance(node.items[1], FormCode) and node.items[1].items:
-        found = _variables(node.items[1].items[0])
-    found += _defined_in_body(node)
-    return list(dict.fromkeys(found))
+        variables = _variables(node.items[1].items[0])
+    variables += _defined_in_body(node)
+    return list(dict.fromkeys(variables))
 
 
 def _parameters(code: Code) -> list[PythonVariable]:
     if not isinstance(code, FormCode):
         return _variables(code)
-    found: list[PythonVariable] = []
+    variables: list[PythonVariable] = []
     for item in [*code.items, *([code.rest] if code.rest is not None else [])]:
         if type(item) is VariableRef:
-            found.append(item.variable)
+            variables.append(item.variable)
         elif isinstance(item, FormCode) and item.items and type(item.items[0]) is VariableRef:
-            found.append(item.items[0].variable)
-    return found
+            variables.append(item.items[0].variable)
+    return variables
 
 
 def _defined_in_body(node: FormCode) -> list[PythonVariable]:
     """Return the variables defined directly inside a form, or in the clauses of a ``cond`` or ``guard``."""
-    found: list[PythonVariable] = []
+    variables: list[PythonVariable] = []
     head = node.items[0].text if type(node.items[0]) is Name else ""
     clauses = node.items[1:] if head == "cond" else []
     if head == "guard" and isinstance(node.items[1], FormCode):
         clauses = node.items[1].items[1:]
     for item in node.items[1:]:
-        found += _definition(item)
+        variables += _definition(item)
     for clause in clauses:
         for inner in clause.items[1:] if isinstance(clause, FormCode) else ():
-            found += _definition(inner)
-    return found
+            variables += _definition(inner)
+    return variables
 
 
 def _definition(item: Code) -> list[PythonVariable]:
@@ -472,14 +472,14 @@ _NUMBER_NAMES = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
 def misread(forms: Sequence[Datum], text: str, outer: Span) -> Diagnostic | None:
     """Return a diagnostic for the first form that does not read back from ``text`` as generated, or None."""
     try:
-        found = read(Source("<translation>", text))
+        parsed = read(Source("<translation>", text))
     except (SceneError, RecursionError):
         return _problem(outer)
-    if found.diagnostics:
+    if parsed.diagnostics:
         return _problem(outer)
-    if len(found.forms) != len(forms):
+    if len(parsed.forms) != len(forms):
         return _problem(outer)
-    stack = list(zip(forms, found.forms))
+    stack = list(zip(forms, parsed.forms))
     while stack:
         expected, actual = stack.pop()
         parts = _pairs(expected, actual)
@@ -591,7 +591,7 @@ def _comments(texts: Sequence[str | None]) -> tuple[str | None, ...]:
     return tuple(None if text is None else line_comment(text) for text in texts)
 
 
-_PROSE_WIDTH = 86
+_PROSE_WIDTH = 86  # characters in a line of a comment
 
 
 def prose(text: str) -> list[str]:

@@ -244,9 +244,9 @@ def _joined(w: Writer, elements: list[ast.expr]) -> Code:
         if isinstance(element, ast.Starred):
             close()
             is_shape |= bool(w.type(element.value).kinds & SHAPE)
-            found = w.type(element.value)
+            inferred = w.type(element.value)
             items = write_iterable(w, element.value)
-            items = form("->list", items) if found.kinds & (STR | SET) else items
+            items = form("->list", items) if inferred.kinds & (STR | SET) else items
             pieces.append(w.comment_item(items, element))
         else:
             run.append(element)
@@ -275,9 +275,9 @@ def _is_template(w: Writer, node: ast.expr) -> bool:
     return True
 
 
-def _data(w: Writer, node: ast.expr, quasi: bool) -> Code:
+def _data(w: Writer, node: ast.expr, *, quasi: bool) -> Code:
     if isinstance(node, (ast.Tuple, ast.List)):
-        items = [w.comment_item(_data(w, e, quasi), e) for e in node.elts]
+        items = [w.comment_item(_data(w, e, quasi=quasi), e) for e in node.elts]
         return FormCode(items, w.span(node))
     if is_constant(node) or not quasi:
         return w.expr(node)
@@ -313,8 +313,8 @@ def _dict(w: Writer, node: ast.Dict) -> Code:
 def _late_variables(w: Writer, node: Comprehension) -> list[PythonVariable]:
     """Return the variables of a comprehension that its results capture and read later."""
     targets = [n for g in node.generators for n in walk_tree(g.target) if isinstance(n, ast.Name)]
-    found = (w.names.variables.get(n) for n in targets)
-    return [variable for variable in dict.fromkeys(found) if variable is not None and variable.is_cell]
+    captured = (w.names.variables.get(n) for n in targets)
+    return [variable for variable in dict.fromkeys(captured) if variable is not None and variable.is_cell]
 
 
 def _late_comprehension(w: Writer, node: Comprehension, late_variables: list[PythonVariable], result: Code) -> Code:

@@ -41,7 +41,7 @@ from scenelang.interpreter.transpile.writing.writer import WriteExpression, Writ
 _BLOCKS = {word.replace("-", "_"): word for word in block_words()}
 _SHAPES = {word.replace("-", "_"): word for word in solid_words()}
 _ATTRIBUTES = {"block_type": "block-type", "block_kwargs": "block-kwargs"}
-_MAX_NAME = 60
+_MAX_SHOWN_NAME = 60  # characters of a wrong name in a message
 _VECTORS = ("color", "scale", "p0", "p1")
 
 
@@ -52,11 +52,11 @@ def library_call(w: Writer, node: ast.Call) -> Code:
     keywords = list(node.keywords)
     word = node.args[0] if node.args else None
     if word is None:
-        found = next((k for k in keywords if k.arg == "func_name"), None)
-        if found is None:
+        argument = next((k for k in keywords if k.arg == "func_name"), None)
+        if argument is None:
             raise w.error("python-call", "missing function name in a call of `library_call`", node)
-        keywords.remove(found)
-        word = found.value
+        keywords.remove(argument)
+        word = argument.value
     if len(node.args) > 1:
         raise w.error(
             "python-call", "`library_call` expects one name followed by keyword arguments", node.args[1],
@@ -89,7 +89,7 @@ def possible_words(w: Writer, word: ast.expr) -> list[str]:
     variable = w.variable(word)
     if variable is None or variable.function is None:
         return []
-    found: list[str] = []
+    possible: list[str] = []
     for store in variable.stores:
         source = _source_of(w, store)
         if source is None:
@@ -101,8 +101,8 @@ def possible_words(w: Writer, word: ast.expr) -> list[str]:
         others = [s for s in strings if s not in w.analysed.words]
         if others and not isinstance(source, ast.Dict):
             return []
-        found += words
-    return found
+        possible += words
+    return possible
 
 
 def _source_of(w: Writer, store: ast.AST) -> ast.expr | None:
@@ -323,7 +323,7 @@ def _keyword_of(name: str) -> str:
 def _check_attribute_name(w: Writer, name: str, key: ast.expr) -> None:
     """Raise an error if the key of a table cannot be a keyword."""
     if not is_keyword_name(_keyword_of(name)):
-        shown = repr(name) if len(name) <= _MAX_NAME else repr(name[:_MAX_NAME]) + "..."
+        shown = repr(name) if len(name) <= _MAX_SHOWN_NAME else repr(name[:_MAX_SHOWN_NAME]) + "..."
         hint = "an attribute name is a single word such as `radius`"
         raise w.error("python-call", f"invalid attribute name {shown}", key, hint)
 

@@ -124,7 +124,7 @@ def _loop(w: Writer, node: ast.For, kind: str, mode: Mode, collecting: Collectin
     return FormCode([head, FormCode(clauses), *(body or [none()])], w.span(node)), exit_point
 
 
-def _for_clauses(w: Writer, node: ast.For, parallel: bool, prefix: list[Code]) -> list[Code]:
+def _for_clauses(w: Writer, node: ast.For, prefix: list[Code], *, parallel: bool) -> list[Code]:
     """Return the clauses of one ``for``; targets that are cells are assigned at the start of the body."""
     target = node.target
     if _interleaves(w, node):
@@ -186,7 +186,7 @@ def _lazy_clauses(w: Writer, node: ast.For, prefix: list[Code]) -> list[Code] | 
     return None
 
 
-def _guards(w: Writer, statements: list[ast.stmt], clauses: list[Code], breaks: bool) -> list[ast.stmt]:
+def _guards(w: Writer, statements: list[ast.stmt], clauses: list[Code], *, breaks: bool) -> list[ast.stmt]:
     """Convert leading ``if c: continue`` and ``if c: break``, and an ``if`` around the whole body, to clauses."""
     while statements and isinstance(statements[0], ast.If) and statements[0] not in w.cell_definitions.before:
         first = statements[0]
@@ -215,7 +215,7 @@ def _guards(w: Writer, statements: list[ast.stmt], clauses: list[Code], breaks: 
     return statements
 
 
-def _guard(w: Writer, node: ast.If, clauses: list[Code], holds: bool) -> None:
+def _guard(w: Writer, node: ast.If, clauses: list[Code], *, holds: bool) -> None:
     note = Code(None)
     take_leading_comments(w, note, node)
     key, test = condition_clause(w, node.test, holds)
@@ -292,13 +292,13 @@ def adds_to(w: Writer, node: ast.stmt, block: Block) -> Collecting | None:
 
 def add_to(w: Writer, collecting: Collecting, node: ast.stmt, block: Block, note: Code) -> None:
     """Add the pieces of a statement to a collected list."""
-    found = additions(node, collecting.collection.variable, w.names)
-    if found is not None:
-        codes = [_added(w, value, is_many, collecting) for value, is_many in found]
+    added = additions(node, collecting.collection.variable, w.names)
+    if added is not None:
+        codes = [_added(w, value, collecting, is_many=is_many) for value, is_many in added]
         take_trailing_comments(w, note, node)
         move_note(codes[0], note)
-        for (value, is_many), code in zip(found, codes):
-            for piece in _split(w, value, code, is_many):
+        for (value, is_many), code in zip(added, codes):
+            for piece in _split(w, value, code, is_many=is_many):
                 block.add_piece(collecting, piece)
         return
     if isinstance(node, ast.For):
@@ -312,13 +312,13 @@ def add_to(w: Writer, collecting: Collecting, node: ast.stmt, block: Block, note
         raise w.unsupported("this way of building a list", node)
 
 
-def _added(w: Writer, value: ast.expr, is_many: bool, collecting: Collecting) -> Code:
+def _added(w: Writer, value: ast.expr, collecting: Collecting, *, is_many: bool) -> Code:
     if is_many and not (collecting.as_union and w.type(value).kinds & SHAPE):
         return write_iterable(w, value)
     return w.expr(value)
 
 
-def _split(w: Writer, value: ast.expr, code: Code, is_many: bool) -> list[CollectedPiece]:
+def _split(w: Writer, value: ast.expr, code: Code, *, is_many: bool) -> list[CollectedPiece]:
     """Return ``xs += [a, b]`` as two pieces."""
     if is_many and isinstance(value, (ast.List, ast.Tuple)) and is_form(code, "list") and isinstance(code, FormCode):
         if code.before and len(code.items) > 1:
@@ -331,16 +331,20 @@ def _split(w: Writer, value: ast.expr, code: Code, is_many: bool) -> list[Collec
 
 
 def _collecting_for(w: Writer, node: ast.For, collecting: Collecting, note: Code) -> Code:
-    adds_one = not collecting.as_union and _adds_one(w, node.body, collecting.collection, _is_mergeable(w, node))
+    adds_one = not collecting.as_union and _adds_one(
+        w, node.body, collecting.collection, is_loop=_is_mergeable(w, node)
+    )
     kind = "/union" if collecting.as_union else "/list" if adds_one else "/append"
     inner = Collecting(collecting.collection, collecting.as_union, False)
 
-    code, _ = _loop(w, node, kind, Mode(ast.Continue, partial(_collected_value, adds_one), collection=inner), inner)
+    code, _ = _loop(
+        w, node, kind, Mode(ast.Continue, partial(_collected_value, adds_one=adds_one), collection=inner), inner
+    )
     move_note(code, note)
     return code
 
 
-def _adds_one(w: Writer, body: Sequence[ast.stmt], collection: Collection, is_loop: bool = True) -> bool:
+def _adds_one(w: Writer, body: Sequence[ast.stmt], collection: Collection, *, is_loop: bool = True) -> bool:
     """Return whether every path through a body adds exactly one item.
 
     In the body of a loop, a sole ``if`` or loop and leading ``if c: continue`` become clauses of the loop.
@@ -350,14 +354,14 @@ def _adds_one(w: Writer, body: Sequence[ast.stmt], collection: Collection, is_lo
     adders = [s for s in body if s in collection.adders]
     if len(adders) != 1 or any(may_exit(s, ast.Continue) for s in body):
         return False
-    found = additions(adders[0], collection.variable, w.names)
-    if found is not None:
-        return len(found) == 1 and not found[0][1]
+    added = additions(adders[0], collection.variable, w.names)
+    if added is not None:
+        return len(added) == 1 and not added[0][1]
     if isinstance(adders[0], ast.If) and adders[0].orelse:
         branches = (adders[0].body, adders[0].orelse)
         return all(_adds_one(w, branch, collection, is_loop=False) for branch in branches)
     if is_loop and len(body) == 1 and isinstance(adders[0], ast.For) and adders[0] not in w.cell_definitions.before:
-        return _adds_one(w, adders[0].body, collection, _is_mergeable(w, adders[0]))
+        return _adds_one(w, adders[0].body, collection, is_loop=_is_mergeable(w, adders[0]))
     if is_loop and len(body) == 1 and isinstance(adders[0], ast.If):
         return _adds_one(w, adders[0].body, collection)
     return False
@@ -376,7 +380,7 @@ def _collecting_if(w: Writer, node: ast.If, collecting: Collecting) -> Collected
         bool(node.orelse) and not collecting.as_union and _adds_one(w, [node], collecting.collection, is_loop=False)
     )
 
-    mode = Mode(None, partial(_collected_value, adds_one), collection=collecting)
+    mode = Mode(None, partial(_collected_value, adds_one=adds_one), collection=collecting)
     clauses: list[Code] = []
     value_clauses(w, node, mode, clauses, lambda: _collecting_block(w, collecting))
     return CollectedPiece(conditional(clauses), not adds_one, w.effect(node))
@@ -412,7 +416,7 @@ def finish_collections(w: Writer, node: ast.stmt, block: Block) -> None:
             block.define(variable, code, effect, collecting.note, nests=False)
 
 
-def _collected_value(adds_one: bool, block: Block) -> Code:
+def _collected_value(block: Block, *, adds_one: bool) -> Code:
     """Return what a block has collected: its only item, or everything."""
     collecting = block.collecting[0]
     if adds_one:

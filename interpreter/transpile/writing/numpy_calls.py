@@ -180,19 +180,21 @@ def write_np_stack(head: str, axis: int | None = None) -> CallWriter:
     return write
 
 
-def is_matrix(found: AbstractType) -> bool:
+def is_matrix(inferred: AbstractType) -> bool:
     """Return whether a value is known to be two-dimensional."""
-    if found.only(POSE):
+    if inferred.only(POSE):
         return True
-    return found.only(ARRAY | SEQUENCES) and bool(found.sites) and all(
-        site.element.only(ARRAY | SEQUENCES) for site in found.sites
+    return inferred.only(ARRAY | SEQUENCES) and bool(inferred.sites) and all(
+        site.element.only(ARRAY | SEQUENCES) for site in inferred.sites
     )  # fmt: skip
 
 
-def is_vector(found: AbstractType) -> bool:
+def is_vector(inferred: AbstractType) -> bool:
     """Return whether a value is known to be one-dimensional."""
     return (
-        found.only(ARRAY | SEQUENCES) and bool(found.sites) and all(site.element.only(NUMBERS) for site in found.sites)
+        inferred.only(ARRAY | SEQUENCES)
+        and bool(inferred.sites)
+        and all(site.element.only(NUMBERS) for site in inferred.sites)
     )
 
 
@@ -222,7 +224,7 @@ def write_np_columns(w: Writer, node: ast.Call) -> Code:
         ]
     else:
         codes, types = [write_iterable(w, source)], [site.element for site in w.type(source).sites]
-    options = [Key("axis"), number(1)] if types and all(is_matrix(found) for found in types) else []
+    options = [Key("axis"), number(1)] if types and all(is_matrix(inferred) for inferred in types) else []
     return form("concatenate", *codes, *options)
 
 
@@ -649,8 +651,8 @@ def write_filter(w: Writer, node: ast.Call) -> Code:
 def write_sorted(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "iterable key? reverse?", "sorted")
     code = form("sort", write_iterable(w, given["iterable"]), *sort_options(w, given))
-    found = w.type(given["iterable"])
-    if not found.only(LIST | TUPLE):
+    inferred = w.type(given["iterable"])
+    if not inferred.only(LIST | TUPLE):
         code = form("sort", form("->list", code.items[1]), *code.items[2:])
     return form("mutable", code) if w.is_mutated(node) else code
 
@@ -693,10 +695,11 @@ def write_extreme(which: str) -> CallWriter:
             inner = args[0].value if isinstance(args[0], ast.Starred) else args[0]
             source, element = write_iterable(w, inner), w.type(node)
         else:
-            found = w.type(node)
-            if key is None and (found.only(NUMBERS | ARRAY) or not found.kinds or found.only(INT | FLOAT | NONE)):
+            inferred = w.type(node)
+            is_numeric = inferred.only(NUMBERS | ARRAY) or not inferred.kinds or inferred.only(INT | FLOAT | NONE)
+            if key is None and is_numeric:
                 return form(which, *(numeric(w, a) for a in args))
-            source, element = form("list", *(w.expr(a) for a in args)), found
+            source, element = form("list", *(w.expr(a) for a in args)), inferred
         options = [Key("key"), w.expr(key)] if key is not None else []
         # `min` and `max` take numbers only, `min-of` and `max-of` any ordered values
         plain = key is None and (element.only(INT | FLOAT) or not element.kinds)
@@ -759,11 +762,11 @@ def write_int(w: Writer, node: ast.Call) -> Code:
     if not node.args:
         return number(0)
     given = arguments_of(w, node, "x base?", "int")
-    found = w.type(given["x"])
-    if found.only(STR):
+    inferred = w.type(given["x"])
+    if inferred.only(STR):
         base = [w.expr(given["base"])] if "base" in given else []
         return form("truncate", form("string->number", form("string-trim", w.expr(given["x"])), *base))
-    if found.only(INT):
+    if inferred.only(INT):
         return w.expr(given["x"])
     inner = given["x"]
     if isinstance(inner, ast.Call) and w.paths.of(inner.func) in (
@@ -780,20 +783,20 @@ def write_float(w: Writer, node: ast.Call) -> Code:
     if not node.args:
         return LiteralCode(0.0, None, "0.")
     given = arguments_of(w, node, "x", "float")
-    found = w.type(given["x"])
-    if found.only(STR):
+    inferred = w.type(given["x"])
+    if inferred.only(STR):
         if isinstance(given["x"], ast.Constant) and str(given["x"].value).strip("+ ").lower() in ("inf", "infinity"):
             return Name("inf")
         return form("inexact", form("string->number", w.expr(given["x"])))
-    return w.expr(given["x"]) if found.only(FLOAT) else form("inexact", numeric(w, given["x"]))
+    return w.expr(given["x"]) if inferred.only(FLOAT) else form("inexact", numeric(w, given["x"]))
 
 
 def write_str(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x", "str")
-    found = w.type(given["x"])
-    if found.only(STR):
+    inferred = w.type(given["x"])
+    if inferred.only(STR):
         return w.expr(given["x"])
-    if found.only(INT | FLOAT):
+    if inferred.only(INT | FLOAT):
         return form("number->string", w.expr(given["x"]))
     return as_text(w, given["x"])
 
@@ -831,13 +834,13 @@ def write_sequence(w: Writer, node: ast.Call) -> Code:
         head = loop_head(w, "/list", source.generators)
         code: Code = FormCode([*head, w.expr(source.elt)])
         return form("mutable", code) if is_mutable else code
-    found = w.type(source)
+    inferred = w.type(source)
     if is_mutable:
         inner = write_iterable(w, source)
-        return form("mutable", form("->list", inner) if found.kinds & (ARRAY | STR | SET | DICT) else inner)
-    if found.only(LIST | TUPLE) and not any(site.is_mutated for site in found.sites):
+        return form("mutable", form("->list", inner) if inferred.kinds & (ARRAY | STR | SET | DICT) else inner)
+    if inferred.only(LIST | TUPLE) and not any(site.is_mutated for site in inferred.sites):
         return w.expr(source)
-    if found.kinds & SHAPE:
+    if inferred.kinds & SHAPE:
         return form("primitives", w.expr(source))
     return form("->list", write_iterable(w, source))
 
@@ -940,9 +943,9 @@ def write_next(w: Writer, node: ast.Call) -> Code:
         return form("let", taken, form("push!", w.expr(source), VariableRef(item)), VariableRef(item))
     if not isinstance(source, ast.GeneratorExp):
         raise w.unsupported("`next` of an iterator", node, "use a `for` loop or an index")
-    found = FormCode([*loop_head(w, "/list", source.generators), w.expr(source.elt)])
+    first = FormCode([*loop_head(w, "/list", source.generators), w.expr(source.elt)])
     if default is None:
-        return form("first", found)
+        return form("first", first)
     items = PythonVariable("found", None, is_temporary=True)
     body = form("if", form("empty?", VariableRef(items)), w.expr(default), form("first", VariableRef(items)))
-    return form("let", FormCode([FormCode([VariableRef(items), found])]), body)
+    return form("let", FormCode([FormCode([VariableRef(items), first])]), body)

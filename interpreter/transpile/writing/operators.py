@@ -393,21 +393,21 @@ def _compare(w: Writer, node: ast.Compare, op: ast.cmpop, a: ast.expr, b: ast.ex
 
 
 def _contains(w: Writer, item: ast.expr, container: ast.expr) -> Code:
-    found = w.type(container)
-    if found.kinds & UNKNOWN:
+    inferred = w.type(container)
+    if inferred.kinds & UNKNOWN:
         return dynamic(w, "py-in", w.expr(item), w.expr(container))
     if never_contains(w, container, item):
         return after_effects(w, (item, container), LiteralCode(False))
-    code = form("primitives", w.expr(container)) if found.kinds & SHAPE else w.expr(container)
+    code = form("primitives", w.expr(container)) if inferred.kinds & SHAPE else w.expr(container)
     return form("contains?", code, w.expr(item))
 
 
 def never_contains(w: Writer, container: ast.expr, item: ast.expr) -> bool:
     """Return whether a sequence contains only tuples and the item is a list, or vice versa."""
-    found = w.type(container)
-    if not found.only(SEQUENCES) or not found.sites:
+    inferred = w.type(container)
+    if not inferred.only(SEQUENCES) or not inferred.sites:
         return False
-    return all(site.element.kinds and never_equal(site.element, w.type(item)) for site in found.sites)
+    return all(site.element.kinds and never_equal(site.element, w.type(item)) for site in inferred.sites)
 
 
 def after_effects(w: Writer, operands: Sequence[ast.expr], result: Code) -> Code:
@@ -440,15 +440,15 @@ def _equal(w: Writer, a: ast.expr, b: ast.expr) -> Code:
     return dynamic(w, "py-==", w.expr(a), w.expr(b))
 
 
-def _is_number(found: AbstractType) -> bool:
-    return not found.kinds or found.only(NUMBERS)
+def _is_number(inferred: AbstractType) -> bool:
+    return not inferred.kinds or inferred.only(NUMBERS)
 
 
-def _is_exact(w: Writer, found: AbstractType) -> bool:
+def _is_exact(w: Writer, inferred: AbstractType) -> bool:
     """Return whether ``equal?`` agrees with Python's equality: for strings and Integers, and sequences of these."""
-    if not found.kinds or not found.only(INT | STR | NONE | SEQUENCES):
+    if not inferred.kinds or not inferred.only(INT | STR | NONE | SEQUENCES):
         return False
-    return all(site.element.only(INT | STR | NONE) for site in found.sites)
+    return all(site.element.only(INT | STR | NONE) for site in inferred.sites)
 
 
 def boolean(w: Writer, node: ast.BoolOp) -> Code:
@@ -479,25 +479,25 @@ def _is_empty_display(node: ast.expr) -> bool:
 
 def subscript(w: Writer, node: ast.Subscript) -> Code:
     """Return the code of ``value[index]``: an item, a slice, or the items at several indices."""
-    found = w.type(node.value)
+    inferred = w.type(node.value)
     index = node.slice
     if isinstance(index, ast.Slice):
-        return _slice(w, node, index, found)
-    if isinstance(index, ast.Tuple) and found.kinds & (ARRAY | POSE):
+        return _slice(w, node, index, inferred)
+    if isinstance(index, ast.Tuple) and inferred.kinds & (ARRAY | POSE):
         return _many(w, node, index)
     if w.type(index).only(BOOL) and isinstance(node.value, (ast.Tuple, ast.List)) and len(node.value.elts) == 2:
         # the idiom `(no, yes)[test]`; a Boolean is not an index in the language
         no, yes = node.value.elts
         if not w.effect(no, yes).has_effect:
             return form("if", write_test(w, index), w.expr(yes), w.expr(no))
-    if w.type(index).kinds & (ARRAY | LIST) and found.kinds & ARRAY and not found.kinds & DICT:
+    if w.type(index).kinds & (ARRAY | LIST) and inferred.kinds & ARRAY and not inferred.kinds & DICT:
         return _indexed(w, node, index)
-    factory = _factory(w, found)
+    factory = _factory(w, inferred)
     if factory is not None:
         return _item_with_default(w, node, index, factory)
-    if found.kinds & UNKNOWN and found.kinds & SHAPE:
+    if inferred.kinds & UNKNOWN and inferred.kinds & SHAPE:
         return dynamic(w, "py-ref", w.expr(node.value), w.expr(index))
-    is_key = bool(found.kinds & DICT) and any(site.key.kinds & BOOL for site in found.sites)
+    is_key = bool(inferred.kinds & DICT) and any(site.key.kinds & BOOL for site in inferred.sites)
     return form("ref", container(w, node.value), w.expr(index) if is_key else numeric(w, index))
 
 
@@ -522,14 +522,14 @@ def _indexed(w: Writer, node: ast.Subscript, index: ast.expr) -> Code:
     return form("let", FormCode([FormCode([VariableRef(source), w.expr(node.value)])]), form("array", picked))
 
 
-def is_mask(found: AbstractType) -> bool:
+def is_mask(inferred: AbstractType) -> bool:
     """Return whether a value is the result of an array comparison, which contains 1 and 0."""
-    return found.only(ARRAY) and any(site.key.kinds & BOOL for site in found.sites)
+    return inferred.only(ARRAY) and any(site.key.kinds & BOOL for site in inferred.sites)
 
 
-def _factory(w: Writer, found: AbstractType) -> ast.expr | None:
+def _factory(w: Writer, inferred: AbstractType) -> ast.expr | None:
     """Return the default factory of a ``defaultdict``, or None."""
-    for site in found.sites:
+    for site in inferred.sites:
         if (
             isinstance(site.node, ast.Call)
             and w.paths.of(site.node.func) == "collections.defaultdict"
@@ -561,22 +561,22 @@ def _item_with_default(w: Writer, node: ast.Subscript, index: ast.expr, factory:
 
 def container(w: Writer, node: ast.expr) -> Code:
     """Return a sequence that is indexed or measured; a shape becomes its primitives."""
-    found = w.type(node)
-    return form("primitives", w.expr(node)) if found.kinds & SHAPE else w.expr(node)
+    inferred = w.type(node)
+    return form("primitives", w.expr(node)) if inferred.kinds & SHAPE else w.expr(node)
 
 
-def _slice(w: Writer, node: ast.Subscript, index: ast.Slice, found: AbstractType) -> Code:
-    if found.kinds & ARRAY and w.is_mutated(node):
+def _slice(w: Writer, node: ast.Subscript, index: ast.Slice, inferred: AbstractType) -> Code:
+    if inferred.kinds & ARRAY and w.is_mutated(node):
         raise w.unsupported("modifying an array through a slice", node, "copy the slice with `.copy()`")
     value = container(w, node.value)
     lower, upper, step = (w.expr(part) if part is not None else None for part in (index.lower, index.upper, index.step))
     if lower is None and upper is None and isinstance(index.step, ast.UnaryOp) and _is_minus_one(index.step):
         return form("mutable", form("reverse", value)) if w.is_mutated(node) else form("reverse", value)
     if lower is None and upper is None and step is None:
-        return form("mutable" if w.is_mutated(node) else "->list", value) if found.kinds & LIST else value
+        return form("mutable" if w.is_mutated(node) else "->list", value) if inferred.kinds & LIST else value
     if lower is None and step is None:
         lower = number(0)
-    is_matrix = found.only(POSE) or any(site.kind == ARRAY and site.element.kinds & ARRAY for site in found.sites)
+    is_matrix = inferred.only(POSE) or any(site.kind == ARRAY and site.element.kinds & ARRAY for site in inferred.sites)
     if step is not None and is_matrix:
         return form("array", form("slice", form("->list", value), lower or none(), upper or none(), step))
     if step is None and is_matrix:
@@ -662,30 +662,30 @@ def write_test(w: Writer, node: ast.expr) -> Code:
     return truth(w, node, w.type(node))
 
 
-def truth(w: Writer, node: ast.expr, found: AbstractType) -> Code:
+def truth(w: Writer, node: ast.expr, inferred: AbstractType) -> Code:
     """Return the truth value of ``node`` in Python."""
     code = w.expr(node)
-    if not found.kinds or found.only(BOOL | NONE | ALWAYS_TRUE):
+    if not inferred.kinds or inferred.only(BOOL | NONE | ALWAYS_TRUE):
         return code
-    rest = found.without(NONE | BOOL)
+    rest = inferred.without(NONE | BOOL)
     some = _non_empty_test(w, code, node, rest)
-    if some is None or (found.kinds & BOOL and rest.kinds):
+    if some is None or (inferred.kinds & BOOL and rest.kinds):
         return dynamic(w, "py-truthy?", code)
-    if found.kinds & (NONE | BOOL):
+    if inferred.kinds & (NONE | BOOL):
         if not w.is_simple(node):
             return dynamic(w, "py-truthy?", code)
         return form("and", w.expr(node), some, span=w.span(node))
     return some
 
 
-def _non_empty_test(w: Writer, code: Code, node: ast.expr, found: AbstractType) -> Code | None:
+def _non_empty_test(w: Writer, code: Code, node: ast.expr, inferred: AbstractType) -> Code | None:
     """Return the test that a value of a known kind is not zero or empty, or None for other kinds."""
-    if found.only(INT | FLOAT):
+    if inferred.only(INT | FLOAT):
         return form("not", form("zero?", code), span=w.span(node))
-    if found.only(CONTAINERS | STR):
+    if inferred.only(CONTAINERS | STR):
         if is_form(code, "set-intersection") or not is_form(code, "primitives"):
             return form("not", form("empty?", code), span=w.span(node))
-    if found.only(SHAPE | LIST):
+    if inferred.only(SHAPE | LIST):
         return form("not", form("empty?", form("primitives", code)), span=w.span(node))
     return None
 
@@ -701,18 +701,18 @@ def numeric(w: Writer, node: ast.expr) -> Code:
 
 def printable(w: Writer, node: ast.expr) -> Code:
     """Return a value that is formatted as in Python."""
-    found = w.type(node)
-    if not found.kinds or found.only(INT | FLOAT | STR):
+    inferred = w.type(node)
+    if not inferred.kinds or inferred.only(INT | FLOAT | STR):
         return w.expr(node)
     return dynamic(w, "py-str", w.expr(node))
 
 
 def as_text(w: Writer, node: ast.expr) -> Code:
     """Return a value that becomes part of a text: a tuple is no list there, and a condition no number."""
-    found = w.type(node)
-    if found.only(BOOL):
+    inferred = w.type(node)
+    if inferred.only(BOOL):
         return form("if", write_test(w, node), LiteralCode("True"), LiteralCode("False"))
-    if found.kinds & (BOOL | TUPLE | SET | RECORD) and not w.is_telling:
+    if inferred.kinds & (BOOL | TUPLE | SET | RECORD) and not w.is_telling:
         raise w.unsupported("a text with a tuple, a set, an object or a condition", node, "write its items")
     return printable(w, node)
 
@@ -759,21 +759,21 @@ def write_array(w: Writer, node: ast.expr) -> Code:
             return Brackets([write_array(w, e) for e in node.elts], w.span(node))
     if isinstance(node, ast.Call) and w.paths.of(node.func) in ("tuple", "list") and len(node.args) == 1:
         return write_array(w, node.args[0])
-    found = w.type(node)
+    inferred = w.type(node)
     code = w.expr(node)
-    if found.only(SEQUENCES) and not isinstance(code, Brackets):
+    if inferred.only(SEQUENCES) and not isinstance(code, Brackets):
         return form("array", code, span=w.span(node))
     return code
 
 
 def write_iterable(w: Writer, node: ast.expr) -> Code:
     """Return the iterable of a loop."""
-    found = w.type(node)
-    if found.kinds & SHAPE:
+    inferred = w.type(node)
+    if inferred.kinds & SHAPE:
         return form("primitives", w.expr(node), span=w.span(node))
     if _is_endless(w, node):
         raise w.unsupported("an endless iterator here", node)
-    if found.kinds & UNKNOWN and not isinstance(node, ast.Call):
+    if inferred.kinds & UNKNOWN and not isinstance(node, ast.Call):
         return dynamic(w, "py-iter", w.expr(node))
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "keys":
         if w.type(node.func.value).only(DICT):

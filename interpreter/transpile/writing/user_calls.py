@@ -58,9 +58,9 @@ def _signature_span(w: Writer, function: Function) -> Span | None:
 
 def _write_default(w: Writer, function: Function, variable: PythonVariable, node: ast.expr) -> Code:
     """Return the default of a parameter, or the variable that it was hoisted to."""
-    found = w.defaults.get(node)  # hoisted, because it must be evaluated at the definition
-    if found is not None:
-        return VariableRef(found, w.span(node))
+    hoisted = w.defaults.get(node)  # hoisted, because it must be evaluated at the definition
+    if hoisted is not None:
+        return VariableRef(hoisted, w.span(node))
     return write_vector(w, node) if w.is_vector_literal(node) and is_used_as_vector(w, node) else w.expr(node)
 
 
@@ -126,7 +126,7 @@ def call_known(w: Writer, node: ast.Call, function: Code, target: Function, firs
     """Return a call of ``target``, whose parameters are known; ``first`` are arguments before those of ``node``."""
     parameters = target.parameters[len(first) :]
     stars = [a for a in node.args if isinstance(a, ast.Starred)]
-    _check(w, node, target, parameters, bool(stars))
+    _check(w, node, target, parameters, has_star=bool(stars))
     if stars:
         return _spread(w, node, function, parameters, first)
     items = list(first)
@@ -164,7 +164,7 @@ def write_argument(w: Writer, node: ast.expr, parameters: Sequence[PythonParamet
     return write_vector(w, node) if w.is_vector_literal(node) and is_used_as_vector(w, node) else w.expr(node)
 
 
-def _check(w: Writer, node: ast.Call, target: Function, parameters: list[PythonParameter], has_star: bool) -> None:
+def _check(w: Writer, node: ast.Call, target: Function, parameters: list[PythonParameter], *, has_star: bool) -> None:
     """Raise an error if the arguments of a call do not match the parameters."""
     plain = [p for p in parameters if p.kind == "plain"]
     names = [p.variable.name for p in parameters if p.kind in ("plain", "keyword")]
@@ -324,7 +324,7 @@ def arguments_of(w: Writer, node: ast.Call, signature: str, name: str) -> dict[s
     """
     parameters = signature.split()
     names = [p.rstrip("?") for p in parameters]
-    found: dict[str, ast.expr] = {}
+    by_parameter: dict[str, ast.expr] = {}
     for position, argument in enumerate(expand_starred(w, node.args)):
         if isinstance(argument, ast.Starred):
             raise w.unsupported(f"a `*` argument in a call of `{name}`", argument)
@@ -336,24 +336,24 @@ def arguments_of(w: Writer, node: ast.Call, signature: str, name: str) -> dict[s
                 f"write `{name}(({', '.join(map(ast.unparse, node.args))}))`: one tuple" if len(names) == 1 else None
             )
             raise _library_misfit(w, name, message, f"a call of `{name}` with {len(node.args)} arguments", node, as_one)
-        found[names[position]] = argument
+        by_parameter[names[position]] = argument
     for keyword in node.keywords:
         if keyword.arg is None:
             raise w.unsupported(f"`**` in a call of `{name}`", keyword)
         if keyword.arg not in names:
             message, what = f"`{name}` has no parameter `{keyword.arg}`", f"the argument `{keyword.arg}` of `{name}`"
             raise _library_misfit(w, name, message, what, keyword, suggest(keyword.arg, names))
-        if keyword.arg in found:
+        if keyword.arg in by_parameter:
             raise w.error("python-call", f"multiple values for the argument `{keyword.arg}` of `{name}`", keyword)
-        found[keyword.arg] = keyword.value
+        by_parameter[keyword.arg] = keyword.value
     for parameter in parameters:
-        if not parameter.endswith("?") and parameter not in found:
+        if not parameter.endswith("?") and parameter not in by_parameter:
             message, what = (
                 f"missing argument `{parameter}` in a call of `{name}`",
                 f"a call of `{name}` without `{parameter}`",
             )
             raise _library_misfit(w, name, message, what, node)
-    return found
+    return by_parameter
 
 
 def _library_misfit(
@@ -368,11 +368,11 @@ def _library_misfit(
 
 def expand_starred(w: Writer, arguments: list[ast.expr]) -> list[ast.expr]:
     """Return the arguments with ``*xs`` expanded where ``xs`` is a variable of known length."""
-    found: list[ast.expr] = []
+    expanded: list[ast.expr] = []
     for argument in arguments:
         length = w.known_length(argument.value) if isinstance(argument, ast.Starred) else None
         if length is None or not isinstance(argument, ast.Starred) or not w.is_simple(argument.value):
-            found.append(argument)
+            expanded.append(argument)
             continue
         items = [site.items for site in w.type(argument.value).sites if site.items is not None]
         for position in range(length):
@@ -381,8 +381,8 @@ def expand_starred(w: Writer, arguments: list[ast.expr]) -> list[ast.expr]:
             for types in items:
                 w.facts.types[item] = w.type(item) | types[position]
             w.facts.types[item.slice] = T_INT
-            found.append(item)
-    return found
+            expanded.append(item)
+    return expanded
 
 
 def is_zero_vector(node: ast.expr | None) -> bool:

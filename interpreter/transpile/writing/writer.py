@@ -154,7 +154,7 @@ class Comments:
             code.after = f"{code.after}; {text}" if code.after else text
 
     def _unused(self, first: int, last: int) -> list[PythonComment]:
-        found = []
+        unused = []
         comments = self._comments
         while self._next < len(comments) and comments[self._next].used:
             self._next += 1
@@ -162,8 +162,8 @@ class Comments:
             if comment.line > last:
                 break
             if comment.line >= first and not comment.used:
-                found.append(comment)
-        return found
+                unused.append(comment)
+        return unused
 
     def _trailing(self, line: int) -> PythonComment | None:
         for comment in self._unused(line, line):
@@ -190,16 +190,16 @@ class Records:
         ``constant``.
         """
         key = (record, kind, name)
-        found = self._variables.get(key)
-        if found is None:
+        variable = self._variables.get(key)
+        if variable is None:
             stem = record.name
             spelled = {
                 "make": f"make_{stem}", "get": f"{stem}-{name}", "set": f"set-{stem}-{name}!", "is": f"{stem}?",
                 "method": f"{stem}-{name}", "constant": f"{stem}-{name}",
             }[kind]  # fmt: skip
-            found = self._variables[key] = PythonVariable(spelled, record.variable.function, is_temporary=True)
-            found.record = (record.variable, kind, name)
-        return found
+            variable = self._variables[key] = PythonVariable(spelled, record.variable.function, is_temporary=True)
+            variable.record = (record.variable, kind, name)
+        return variable
 
 
 WriteExpression: TypeAlias = "Callable[[Writer, ast.expr], Code]"
@@ -297,9 +297,9 @@ class Writer:
     def reads_of(self, variable: PythonVariable) -> list[ast.Name]:
         """Return the nodes that read ``variable``."""
         if not self._reads:
-            for node, found in self.names.variables.items():
+            for node, read in self.names.variables.items():
                 if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
-                    self._reads.setdefault(found, []).append(node)
+                    self._reads.setdefault(read, []).append(node)
         return self._reads.get(variable, [])
 
     def parent(self, node: ast.AST) -> ast.AST | None:
@@ -319,8 +319,8 @@ class Writer:
         return None
 
     def is_numeric(self, node: ast.expr) -> bool:
-        found = self.type(node)
-        return not found.kinds or found.only(NUMBERS)
+        inferred = self.type(node)
+        return not inferred.kinds or inferred.only(NUMBERS)
 
     def is_vector_literal(self, node: ast.expr) -> bool:
         """Return whether ``node`` is a tuple or list display of numbers."""
@@ -332,9 +332,9 @@ class Writer:
 
     def known_length(self, node: ast.expr) -> int | None:
         """Return the length of a sequence if inference knows it, else None."""
-        found = self.type(node)
-        lengths = {len(site.items) if site.items is not None else None for site in found.sites}
-        return lengths.pop() if len(lengths) == 1 and not found.kinds & ~SEQUENCES else None
+        inferred = self.type(node)
+        lengths = {len(site.items) if site.items is not None else None for site in inferred.sites}
+        return lengths.pop() if len(lengths) == 1 and not inferred.kinds & ~SEQUENCES else None
 
     def is_python_stream(self, node: ast.expr) -> bool:
         """Return whether a stream belongs to Python's ``random`` rather than numpy."""
@@ -530,8 +530,8 @@ def _is_combined_argument(w: Writer, call: ast.Call, node: ast.expr) -> bool:
     return path == "concat_shapes" or (path == "transform_shape" and bool(call.args) and call.args[0] is node)
 
 
-def _is_empty_list(found: AbstractType) -> bool:
-    return found.only(SHAPE | LIST) and all(not site.element.kinds & ~SHAPE for site in found.sites)
+def _is_empty_list(inferred: AbstractType) -> bool:
+    return inferred.only(SHAPE | LIST) and all(not site.element.kinds & ~SHAPE for site in inferred.sites)
 
 
 # Sequences of numbers that are only used as vectors.
@@ -554,8 +554,8 @@ def _flows_to_vector(w: Writer, node: ast.AST, seen: set[object]) -> bool:
     if isinstance(parent, ast.arguments):
         function = w.names.functions.get(w.parent(parent) or parent)
         parameters = function.parameters if function is not None else []
-        found = next((p for p in parameters if p.default is node), None)
-        return found is not None and _variable_is_vector(w, found.variable, seen)
+        parameter = next((p for p in parameters if p.default is node), None)
+        return parameter is not None and _variable_is_vector(w, parameter.variable, seen)
     if isinstance(parent, ast.keyword):
         call = w.parent(parent)
         if isinstance(call, ast.Call):

@@ -739,32 +739,32 @@ class ndarray:
         self, axis: Any = None, dtype: Any = None, out: Any = None, keepdims: bool = False, initial: Any = 0
     ) -> Any:
         kind = _dtype(dtype) if dtype is not None else _summed_type(self.dtype)
-        return _reduced(self, axis, keepdims, lambda row: builtins.sum(row, initial), kind)
+        return _reduced(self, axis, lambda row: builtins.sum(row, initial), kind, keepdims=keepdims)
 
     def prod(self, axis: Any = None, dtype: Any = None, keepdims: bool = False) -> Any:
-        return _reduced(self, axis, keepdims, math.prod, _summed_type(self.dtype))
+        return _reduced(self, axis, math.prod, _summed_type(self.dtype), keepdims=keepdims)
 
     def mean(self, axis: Any = None, keepdims: bool = False) -> Any:
         kind = self.dtype if self.dtype.kind == "f" else _F8
-        return _reduced(self, axis, keepdims, lambda row: builtins.sum(row) / len(row) if row else nan, kind)
+        return _reduced(self, axis, lambda row: builtins.sum(row) / len(row) if row else nan, kind, keepdims=keepdims)
 
     def max(self, axis: Any = None, keepdims: bool = False, initial: Any = None) -> Any:
-        return _reduced(self, axis, keepdims, _extreme(builtins.max, initial), self.dtype)
+        return _reduced(self, axis, _extreme(builtins.max, initial), self.dtype, keepdims=keepdims)
 
     def min(self, axis: Any = None, keepdims: bool = False, initial: Any = None) -> Any:
-        return _reduced(self, axis, keepdims, _extreme(builtins.min, initial), self.dtype)
+        return _reduced(self, axis, _extreme(builtins.min, initial), self.dtype, keepdims=keepdims)
 
     def all(self, axis: Any = None, keepdims: bool = False) -> Any:
-        return _reduced(self, axis, keepdims, builtins.all, _B1)
+        return _reduced(self, axis, builtins.all, _B1, keepdims=keepdims)
 
     def any(self, axis: Any = None, keepdims: bool = False) -> Any:
-        return _reduced(self, axis, keepdims, builtins.any, _B1)
+        return _reduced(self, axis, builtins.any, _B1, keepdims=keepdims)
 
     def argmax(self, axis: Any = None) -> Any:
-        return _reduced(self, axis, False, lambda row: row.index(_extreme(builtins.max, None)(row)), _I8)
+        return _reduced(self, axis, lambda row: row.index(_extreme(builtins.max, None)(row)), _I8, keepdims=False)
 
     def argmin(self, axis: Any = None) -> Any:
-        return _reduced(self, axis, False, lambda row: row.index(_extreme(builtins.min, None)(row)), _I8)
+        return _reduced(self, axis, lambda row: row.index(_extreme(builtins.min, None)(row)), _I8, keepdims=False)
 
     def cumsum(self, axis: int | None = None, dtype: Any = None, out: ndarray | None = None) -> ndarray:
         result = _accumulated(self, axis, operator.add)
@@ -1087,13 +1087,13 @@ def array(value: Any, dtype: Any = None, copy: Any = True, ndmin: int = 0) -> nd
     elif hasattr(value, "__array__"):
         result = array(value.__array__(), dtype)
     else:
-        flat, shape = _flattened(value, dtype is not None and _dtype(dtype).kind == "O")
+        flat, shape = _flattened(value, objects=dtype is not None and _dtype(dtype).kind == "O")
         kind = _dtype(dtype) if dtype is not None else _kind_of(flat)
         result = _made(_converted(flat, kind), shape, kind)
     return result if result.ndim >= ndmin else result.reshape((1,) * (ndmin - result.ndim) + result.shape)
 
 
-def _flattened(value: Any, objects: bool = False) -> tuple[_List, _Shape]:
+def _flattened(value: Any, *, objects: bool = False) -> tuple[_List, _Shape]:
     """Return the elements of nested sequences and their shape; raises ValueError where rows differ."""
     if isinstance(value, ndarray):
         return value._flat(), value.shape
@@ -1108,7 +1108,7 @@ def _flattened(value: Any, objects: bool = False) -> tuple[_List, _Shape]:
         if builtins.any(isinstance(each, (list, tuple, range, ndarray)) for each in value) and not objects:
             raise ValueError("setting an array element with a sequence. The array has an inhomogeneous shape")
         return list(value), (len(value),)
-    rows = [_flattened(each, objects) for each in value]
+    rows = [_flattened(each, objects=objects) for each in value]
     shape = rows[0][1]
     if builtins.any(row[1] != shape for row in rows):
         raise ValueError("setting an array element with a sequence. The array has an inhomogeneous shape")
@@ -1368,7 +1368,7 @@ class ufunc:
         """Return the type of the result, whether it is a scalar, its shape, and the operands as iterables."""
         weak_a, weak_b = not isinstance(a, (ndarray, list, tuple)), not isinstance(b, (ndarray, list, tuple))
         left, right = asarray(a), asarray(b)
-        kind = _result_kind(left, right, weak_a, weak_b)
+        kind = _result_kind(left, right, weak_left=weak_a, weak_right=weak_b)
         if left.shape == right.shape:
             return kind, weak_a and weak_b, left.shape, (left._flat(), right._flat())
         if not right.shape:
@@ -1405,7 +1405,7 @@ class ufunc:
 
     def reduce(self, value: Any, axis: Any = 0, keepdims: bool = False) -> Any:
         source = asarray(value)
-        return _reduced(source, axis, keepdims, lambda row: reduce(self.fast, row), source.dtype)
+        return _reduced(source, axis, lambda row: reduce(self.fast, row), source.dtype, keepdims=keepdims)
 
     def accumulate(self, value: Any, axis: int = 0) -> ndarray:
         return _accumulated(asarray(value), axis, self.fast)
@@ -1422,7 +1422,7 @@ class ufunc:
         return self(left.reshape(left.shape + (1,) * right.ndim), right)
 
 
-def _result_kind(left: ndarray, right: ndarray, weak_left: bool, weak_right: bool) -> dtype:
+def _result_kind(left: ndarray, right: ndarray, *, weak_left: bool, weak_right: bool) -> dtype:
     """Return the type of a result; Python's numbers take the type of an array of their kind or above."""
     if weak_left != weak_right:
         strong, weak = (right, left) if weak_left else (left, right)
@@ -1616,8 +1616,9 @@ def where(condition: Any, *choices: Any) -> Any:
         return nonzero(asarray(condition))
     yes, no = choices
     kind = _result_kind(
-        asarray(yes), asarray(no), not isinstance(yes, (ndarray, list)), not isinstance(no, (ndarray, list))
-    )
+        asarray(yes), asarray(no),
+        weak_left=not isinstance(yes, (ndarray, list)), weak_right=not isinstance(no, (ndarray, list)),
+    )  # fmt: skip
     test, first, second = broadcast_arrays(condition, yes, no)
     flat = [a if c else b for c, a, b in zip(test._flat(), first._flat(), second._flat(), strict=True)]
     return _made(_converted(flat, kind), test.shape, kind)
@@ -1675,7 +1676,7 @@ def _extreme(function: Callable[..., Any], initial: Any) -> Callable[[_List], An
     return reduced
 
 
-def _reduced(source: ndarray, axis: Any, keepdims: bool, function: Callable[[_List], Any], kind: dtype) -> Any:
+def _reduced(source: ndarray, axis: Any, function: Callable[[_List], Any], kind: dtype, *, keepdims: bool) -> Any:
     """Return a reduction of lines along an axis, several axes, or of all elements."""
     if axis is None:
         value = function(source._flat())
@@ -1769,7 +1770,7 @@ def quantile(value: Any, share: Any, axis: Any = None) -> Any:
         high = builtins.min(low + 1, len(ordered) - 1)
         return float(ordered[low] + (ordered[high] - ordered[low]) * (place - low))
 
-    return _reduced(asarray(value, float), axis, False, of, _F8)
+    return _reduced(asarray(value, float), axis, of, _F8, keepdims=False)
 
 
 def percentile(value: Any, share: float, axis: Any = None) -> Any:

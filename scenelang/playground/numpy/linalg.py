@@ -32,11 +32,11 @@ def norm(value: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) 
     source = asarray(value)
     kind = source.dtype if source.dtype.kind == "f" else _F8
     if ord in (None, 2):
-        return _reduced(source, axis, keepdims, lambda row: math.sqrt(sum(x * x for x in row)), kind)
+        return _reduced(source, axis, lambda row: math.sqrt(sum(x * x for x in row)), kind, keepdims=keepdims)
     if ord == 1:
-        return _reduced(source, axis, keepdims, lambda row: sum(map(abs, row)), kind)
+        return _reduced(source, axis, lambda row: sum(map(abs, row)), kind, keepdims=keepdims)
     if ord == math.inf:
-        return _reduced(source, axis, keepdims, lambda row: max(map(abs, row)), kind)
+        return _reduced(source, axis, lambda row: max(map(abs, row)), kind, keepdims=keepdims)
     raise MissingError(f"`numpy.linalg.norm` of order {ord}")
 
 
@@ -162,7 +162,7 @@ def svd(value: Any, full_matrices: bool = True, compute_uv: bool = True) -> Any:
     values = _finished([x for _, s, _ in parts for x in s], (*outer, n), _F8)
     if not compute_uv:
         return values
-    left = stack([asarray(_completed(u, full_matrices)) for u, _, _ in parts])
+    left = stack([asarray(_completed(u, full=full_matrices)) for u, _, _ in parts])
     right = stack([asarray(v) for _, _, v in parts])
     return left.reshape(*outer, *left.shape[1:]), values, right.reshape(*outer, *right.shape[1:])
 
@@ -197,7 +197,7 @@ def _one_sided(rows: list[list[float]]) -> tuple[list[list[float]], list[float],
     return left, [lengths[j] for j in order], [basis[j] for j in order]
 
 
-def _completed(rows: list[list[float]], full: bool) -> list[list[float]]:
+def _completed(rows: list[list[float]], *, full: bool) -> list[list[float]]:
     """Return left vectors with those of zero singular values, and with ``full`` the rest of the space, filled in."""
     m, n = len(rows), len(rows[0])
     width = m if full else n

@@ -123,10 +123,10 @@ class RandomState:
     def choice(self, among: Any, size: Any = None, replace: bool = True, p: Any = None) -> Any:
         """Return members of an array, or numbers below an integer."""
         pool = arange(among) if isinstance(among, int) else asarray(among)
-        index = self._chosen(len(pool), size, replace, p)
+        index = self._chosen(len(pool), size, p, replace=replace)
         return pool[index] if size is None else take(pool, index, 0)
 
-    def _chosen(self, count: int, size: Any, replace: bool, p: Any) -> Any:
+    def _chosen(self, count: int, size: Any, p: Any, *, replace: bool) -> Any:
         if not count:
             raise ValueError("'a' cannot be empty unless no samples are taken")
         number = 1 if size is None else math.prod(_extents(size))
