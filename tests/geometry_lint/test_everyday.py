@@ -13,7 +13,7 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 sys.path.append(str(BENCHMARKS))  # behind the tests, whose packages have the names of some benchmarks
 from everyday import findings_of, is_found, is_note
 
-NAMES = ("second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
+NAMES = ("second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")
 SETS = [BENCHMARKS / "everyday", *(BENCHMARKS / "everyday" / name for name in NAMES)]
 FAULTS = [(folder, fault) for folder in SETS for fault in json.loads((folder / "faults" / "faults.json").read_text())]
 SOUND = [
@@ -24,7 +24,6 @@ SOUND = [
 ]
 MISSED = {
     "23_ulmet.scene",  # the leg of a table whose top alone is in balance on the other three
-    "14_interpenetrating_konzertbuehne.scene",  # a rod through a piano: a note
     "22_misplaced_duvander.scene",  # a drawer that its case holds, also through its side
     "24_intention_reading_nook.scene",  # an armchair with 30 radians and no siblings: W402 of the checker tells it
     "26_intention_konzertbuehne.scene",  # one of two curtains
@@ -38,7 +37,6 @@ MISSED = {
     "34_haustuer.scene",  # a handle near the doorstep
     "39_bathtub.scene",  # a duck below the water
     "40_bogenlampe.scene",  # a lamp whose foot is too small: it may be anchored, a note
-    "03_pottery_shelf.scene",  # a vase in a jug: both have thin walls, which cross by a third of a centimetre
     "11_spielplatz_sandkasten.scene",  # a ball that is half in the lawn, as a boulder is
     "14_bauklotzturm.scene",  # a block on one of its two pillars: held if they are one object, a note
     "18_classroom.scene",  # one of twelve chairs at their desks, by half a turn
@@ -48,13 +46,20 @@ MISSED = {
     "08_kerzen.scene",  # a candlestick in a sideboard: it may be planted, a note
     "16_wheelbarrow.scene",  # a wheel before its fork, in balance on the ground
     "26_dorfkirche.scene",  # a weathercock that is ten times as large, alone of its kind
+    "06_bar_stools.scene",  # stools in a bar, all as deep: a note
+    "13_lokomotive.scene",  # wheels in the ground: told of the engine that they are part of
+    "18_segelboot.scene",  # a hull in its stand, as posts run up into a roof
+    "20_mirquet.scene",  # a ball in the beam of a frame that is one word with it
+    "22_varnock.scene",  # a bridge that one pillar holds if they are one object: a note
+    "28_telpin.scene",  # a bar above its hooks: told of the rack, since it has no word
+    "35_reihenhaus.scene",  # the middle one of three houses, with its door on the other side
 }
 ALARMED = {  # known false alarms: posts in footings, what stands by a tiny overlap, what is heavy, bolted or magnetic
     "25_leiterwagen", "50_hux", "51_arax", "53_cadge", "05_canal_lock", "33_wippe", "15_telescope",
     "13_ski_rack", "16_forklift", "21_glunk", "25_trundlebox", "29_knife_magnet", "33_drachen",
     "41_diving_board", "31_fassrampe.good", "07_schirmstaender", "09_seesaw", "12_steg",
     "17_staffelei", "19_vogelhaus", "09_holzeule.good", "08_bicycle", "09_wristwatch", "32_bergbahn",
-    "20_stone_stairs.good",
+    "20_stone_stairs.good", "19_skarn.good",
 }  # fmt: skip
 
 

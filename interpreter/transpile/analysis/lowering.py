@@ -58,6 +58,8 @@ _METHODS = (
     "radd", "rsub", "rmul", "neg", "abs", "getitem", "setitem", "len", "contains", "iter",
     "call", "bool", *_ORDER,
 )  # fmt: skip
+# Methods that other code asks for without a name: a loop, ``zip`` and ``len`` of an object, ``in``, ``bool``.
+_IMPLICIT = ("len", "contains", "iter", "getitem", "bool", "call")
 _CONSTANTS = {f"string.{name}": getattr(string, name) for name in ("ascii_uppercase", "ascii_lowercase", "digits")}
 _MARKERS = ("ABC", "abc.ABC", "Generic", "typing.Generic", "Protocol", "typing.Protocol")  # bases without methods
 _COUNT = "itertools.count"
@@ -1339,7 +1341,7 @@ def _methods(tree: ast.Module) -> Iterator[ast.FunctionDef]:
     """Yield the methods of classes whose calls name them."""
     for cls in tree.body:
         for each in cls.body if isinstance(cls, ast.ClassDef) else ():
-            if isinstance(each, ast.FunctionDef) and not each.name.startswith("__"):
+            if isinstance(each, ast.FunctionDef) and not each.name.startswith("__") and each.name not in _IMPLICIT:
                 yield each
 
 
