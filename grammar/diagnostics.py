@@ -466,11 +466,10 @@ def missing_part(error: ModuleNotFoundError) -> MissingPart | None:
     from scenelang.grammar.domains import domain_of_module
 
     module = str(error.name)
-    if not module.startswith("scenelang."):
-        return None
     domain = domain_of_module(module)
-    part = "a module" if domain is None else f"the part {domain}"
-    message = f"this installation lacks {part}, which is needed here (`{module}`)"
+    if domain is None:  # of another package, or one that a plugin of another version expects
+        return None
+    message = f"this installation lacks the part {domain}, which is needed here (`{module}`)"
     return MissingPart("backend", message, f"reinstall it: `pip install {REINSTALL}`")
 
 

@@ -117,6 +117,8 @@ def _python_seed(rt: Runtime, name: str, seed: Any) -> int | float | str:
     """Return a seed that Python's ``random`` accepts and that gives the same numbers in every run."""
     if not isinstance(seed, (int, float, str)):
         raise wrong_type(name, "a number or a String as the seed", seed)
+    if seed != seed:  # Python's hash of nan is another one in every run
+        raise SceneError("value", f"`{name}` expects a seed that is equal to itself, got nan")
     if isinstance(seed, str):
         rt.charge(len(seed))
     elif isinstance(seed, int):

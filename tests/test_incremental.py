@@ -16,6 +16,7 @@ from support import geometry
 
 from scenelang import Options, Session, Source
 from scenelang.grammar.diagnostics import render_text
+from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import descendants
 from scenelang.interpreter.values.limits import Limits
 from scenelang.session.editing import Editing
@@ -300,6 +301,36 @@ def test_an_edit_of_a_comment_runs_nothing_again() -> None:
             for result in (ours, theirs)
         ]
         assert places[0] == places[1]
+
+
+def test_files_that_change_beside_the_same_text_are_read_again(tmp_path: Path) -> None:
+    mesh, name = tmp_path / "a.obj", str(tmp_path / "a.scene")
+    text = '(bind "a" (lambda () (on-top-of (call "cube") (call "mesh" :file "a.obj"))))\n'
+    editing = Editing(Session(Options()))
+    heights = []
+    for size in (1, 2):
+        mesh.write_text(f"v 0 0 0\nv {size} 0 0\nv 0 {size} 0\nv 0 0 {size}\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n")
+        scene = editing.evaluate(Source(name, text)).scene
+        assert scene is not None
+        box = entity_box(scene.root)
+        assert box is not None
+        heights.append(box[4])
+    assert heights[1] > heights[0]
+    mesh.unlink()
+    assert editing.evaluate(Source(name, f"; a comment\n{text}")).scene is None
+
+
+def test_a_version_whose_analysis_fails_is_none_to_be_equal_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    cube, ball = (Source("a.scene", f'(bind "a" (lambda () (call "{word}")))') for word in ("cube", "sphere"))
+    session = Session(Options())
+    editing = Editing(session)
+    editing.evaluate(cube)
+    with monkeypatch.context() as patch:
+        patch.setattr(Session, "kind_errors", lambda *rest: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            editing.evaluate(ball)
+    result = editing.evaluate(ball)
+    assert geometry(result.require()) == geometry(session.evaluate(ball).require())
 
 
 def test_places_are_in_the_text() -> None:

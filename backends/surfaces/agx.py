@@ -55,8 +55,13 @@ def agx(linear: npt.NDArray[np.floating]) -> FloatArray:
     array([0.18, 0.18, 0.18])
     """
     colors = np.asarray(linear, np.float64).reshape(-1, 3)
+    unknown = np.asarray(np.isnan(colors).any(axis=1), bool)
+    if unknown.any():
+        colors = np.where(unknown[:, None], 0.0, colors)
     shown = [_between_nodes(colors[i : i + _CHUNK]) for i in range(0, len(colors), _CHUNK)]
-    return np.concatenate([np.zeros((0, 3)), *shown]).reshape(np.shape(linear))
+    result = np.concatenate([np.zeros((0, 3)), *shown])
+    result[unknown] = np.nan
+    return result.reshape(np.shape(linear))
 
 
 def _between_nodes(colors: FloatArray) -> FloatArray:

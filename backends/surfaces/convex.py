@@ -40,8 +40,9 @@ _BATCH_PAIRS = 20_000  # pairs compared at once, which bounds the memory
 _SIDES = 64  # of the polygons that stand for round surfaces
 _SUNK_SHARE = 0.3  # of what a body has below another's top, inside that one: it is sunk rather than beside it
 _MIN_SHARED = 1e-6  # relative to the smaller volume: surfaces that share less only touch
-_CROSSING_THICKNESS = 0.25  # of the thinner body: seams and tight fits share thinner layers (measured: up to .16)
+_CROSSING_THICKNESS = 0.45  # of the thinner body: tight fits share thinner layers (up to .37), walls that cross .57
 _CROSSING_SHARE = 0.04  # of the smaller body: naves run into their towers, and spoons into rims, by less (up to .034)
+_MAX_CROSSING_TRIANGLES = 10_000  # of two surfaces whose way out is searched: each of some 40 trials is a boolean
 _BISECTIONS = 3  # of the length of a translation that separates two surfaces
 _MIN_DETERMINANT = 1e-30  # of a pose: smaller ones have no volume
 
@@ -260,7 +261,26 @@ class Bodies:
         volumes = [float(surface.volume()) for surface in surfaces]
         thickness = min(volume / float(surface.surface_area()) for surface, volume in zip(surfaces, volumes))
         is_thick = float(shared.volume()) >= _CROSSING_THICKNESS * thickness * float(shared.surface_area())
-        return is_thick and float(shared.volume()) >= _CROSSING_SHARE * min(volumes)
+        is_large = float(shared.volume()) >= _CROSSING_SHARE * min(volumes)
+        is_cheap = sum(surface.num_tri() for surface in surfaces) <= _MAX_CROSSING_TRIANGLES
+        return is_thick and is_large and is_cheap and not self._fits(*surfaces)
+
+    def _fits(self, first: Manifold, second: Manifold) -> bool:
+        """Return whether two bodies share nothing if either is smaller by the contact tolerance on each side.
+
+        A sleeve with a slit on a cup and a helmet on a head are tight fits, however far the way out of them is.
+        """
+        for body, other in ((first, second), (second, first)):
+            box = np.array(body.bounding_box()).reshape(2, 3)
+            middle, extents = box.mean(axis=0), np.maximum(box[1] - box[0], 1e-300)
+            factors = np.maximum(1.0 - 2.0 * self.touch / extents, 0.0)
+            if not (factors > 0.0).all():
+                continue
+            x, y, z = middle.tolist()
+            smaller = body.translate((-x, -y, -z)).scale(tuple(factors.tolist())).translate((x, y, z))
+            if float((smaller ^ other).volume()) <= _MIN_SHARED * min(float(first.volume()), float(second.volume())):
+                return True
+        return False
 
     def _way_out(
         self, first: int, second: int, shortest: tuple[float, FloatArray], hulls: tuple[float, FloatArray]
@@ -291,7 +311,7 @@ class Bodies:
             x, y, z = (length * way).tolist()
             return bool((a ^ b.translate((x, y, z))).volume() <= least)
 
-        length, ways = shortest[0], [shortest[1], *np.eye(3), *-np.eye(3), hulls[1]]
+        length, ways = max(shortest[0], self.touch), [shortest[1], *np.eye(3), *-np.eye(3), hulls[1]]
         while length < hulls[0]:
             way = next((way for way in ways if is_apart(length, way)), None)
             if way is not None:

@@ -164,30 +164,29 @@ class Versions:
         if not has_same_values:
             self._pieces = tuple((start, piece) for start, piece in self._pieces if not piece.form.params)
         self._overrides = texts
-        before = self._pieces
+        before, last = self._pieces, self._program
+        self._program = None  # so that a version whose analysis fails is none that a later one can be equal to
         self._chunks = chunks = split_again(source.text, self._text, self._chunks)
         self._text = source.text
         self._pieces = pieces = self._next_pieces(source, chunks)
         offsets = {id(piece.source): start for start, piece in pieces}
-        if has_same_values and self._is_same(source, before):
-            assert self._program is not None
+        if has_same_values and last is not None and self._is_same(source, last, before):
             assert self._file is not None
             self._file.source = source
-            self._program = replace(self._program, main=source, sources=(source,))
+            self._program = replace(last, main=source, sources=(source,))
             return Version(source, pieces, self._program, self._file, offsets, is_moved=True)
         self._file = file = self._next_file(source, load, values, run_macro)
         file.forms = [piece.form for _, piece in pieces]
         self._program = finish_program(file)
         return Version(source, pieces, self._program, file, offsets)
 
-    def _is_same(self, source: Source, before: Sequence[tuple[int, Piece]]) -> bool:
-        """Return whether the file has the pieces of its version before, and imports none, which may have changed.
+    def _is_same(self, source: Source, program: Program, before: Sequence[tuple[int, Piece]]) -> bool:
+        """Return whether the file has the pieces of its last version, and imports none, which may have changed.
 
         After an edit of a comment or of a blank line all forms are where they were, or moved. A finding about the file
         itself has a place in its text.
         """
-        program = self._program
-        if program is None or program.main.name != source.name or len(program.sources) != 1:
+        if program.main.name != source.name or len(program.sources) != 1:
             return False
         if len(before) != len(self._pieces) or any(
             old is not new or old.form.imports for (_, old), (_, new) in zip(before, self._pieces)

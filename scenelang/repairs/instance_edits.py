@@ -314,13 +314,13 @@ class _Search:
             shorter = candidate.rounded(decimals)
             if shorter == candidate:
                 break
-            if self._succeeds(shorter):
+            if self._succeeds(shorter, self.edit.precision):
                 return shorter
         self._succeeds(candidate)  # which counts what it changes
         return candidate
 
-    def _succeeds(self, candidate: FormCandidate) -> bool:
-        """Return whether a candidate does what the edit asks; record why if not."""
+    def _succeeds(self, candidate: FormCandidate, precision: float = 0.0) -> bool:
+        """Return whether a candidate does what the edit asks, up to a precision; record why if not."""
         self._others = 0
         result = self.trials.evaluate(trials.edited(self.source.text, candidate.edits))
         if result.scene is None:
@@ -328,7 +328,7 @@ class _Search:
             if candidate.is_direct and self._failure is None:
                 self._failure = problem
             return False
-        outcome = self.before.outcome(result.scene)
+        outcome = self.before.outcome(result.scene, precision)
         is_free = self.edit.shared and self.edit.move is not None
         if outcome is None or (outcome.others and not is_free):
             if outcome is not None and (self._nearest is None or outcome.others < self._nearest[0]):
@@ -471,8 +471,11 @@ class _Layout:
         """Return a translation in the scene's axes in those of the first instance's parent."""
         return np.asarray(np.linalg.lstsq(self._parent, np.array(move), rcond=None)[0], np.float64)
 
-    def outcome(self, scene: Scene) -> _Outcome | None:
-        """Return what a program with an edit changes; None if its primitives cannot be matched with those before."""
+    def outcome(self, scene: Scene, precision: float) -> _Outcome | None:
+        """Return what a program with an edit changes, of which what it asks for up to a precision.
+
+        None if its primitives cannot be matched with those before.
+        """
         try:
             frames = self._frames_of(scene)
         except SceneError:
@@ -480,8 +483,9 @@ class _Layout:
         if len(frames) != len(self.frames):
             return None
         others, done, motion = 0, True, None
+        edit = replace(self.edit, precision=precision)
         for old, new, ranges, motions in zip(self.frames, frames, self.ranges, self._in_scene(), strict=True):
-            change = _changed(old, new, ranges, _Wanted(self.edit, motions, self.color))
+            change = _changed(old, new, ranges, _Wanted(edit, motions, self.color))
             if change is None:
                 return None
             others, motion = others + change.others, motion if motion is not None else change.motion
@@ -715,7 +719,8 @@ def _is_transformed(
     """Return whether the primitives of each instance are those before under the instance's motion."""
     tolerance = _ASKED_MOTION_TOLERANCE * max(old.size, new.size)
     distance = np.abs(_expected(old, ranges, motions) - new.poses[after])
-    is_close = distance[:, :, :3].max(initial=0.0) <= max(tolerance, min(edit.precision, _LINEAR_PRECISION))
+    linear = min(edit.precision / max(old.size, 1e-300), _LINEAR_PRECISION)  # at the rim it is a length again
+    is_close = distance[:, :, :3].max(initial=0.0) <= max(tolerance, linear)
     is_there = distance[:, :, 3].max(initial=0.0) <= max(tolerance, edit.precision)
     return bool(is_close and is_there and (old.keys[_rows_in(ranges)] == new.keys[after]).all())
 

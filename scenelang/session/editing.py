@@ -6,14 +6,15 @@ equal those of ``Session``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang.grammar.datum import Source, Span, dataclass, rare_collection, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.checker.lint import confirmed, without_suppressed
 from scenelang.interpreter.checker.program import Program, prelude_of
+from scenelang.interpreter.scene.setup import is_panorama
 from scenelang.sandbox.supervision import limited, spent_seconds
 from scenelang.session.session import (
     EXPANSION_DEPTH,
@@ -33,7 +34,10 @@ from scenelang.session.session import (
 if TYPE_CHECKING:
     from scenelang.interpreter.evaluation.evaluate import IncrementalRun
     from scenelang.interpreter.evaluation.interactive import Version, Versions
+    from scenelang.interpreter.runtime.runtime import Runtime
     from scenelang.interpreter.scene.entity import Entity, Scene
+
+T = TypeVar("T")
 
 _MACRO_LIMITS = replace(MACRO_LIMITS, memory=1_000_000_000)
 _TRIAL_LIMITS = replace(_MACRO_LIMITS, seconds=_MACRO_LIMITS.seconds + 2.0)  # two seconds for the rest of the check
@@ -57,14 +61,14 @@ class _LastRun:
     ----------
     scene
         Its scene, None if it failed.
-    most_steps
-        Limit that it had.
+    conditions
+        Word of the root, seed and most steps.
     call_sites
         Primitives with the places of their calls in the pieces of the text, which each version moves.
     """
 
     scene: Scene | None
-    most_steps: int | None
+    conditions: tuple[str, int, int | None]
     call_sites: Sequence[tuple[Entity, tuple[Span, ...]]]
 
 
@@ -87,8 +91,9 @@ class Editing:
         self._imported: tuple[str, ...] | None = None  # texts of imported files, None if unknown
         self._run: IncrementalRun | None = None
         self._name = ""
-        self._kind_errors: Sequence[Diagnostic] = ()  # of the last version
+        self._kind_errors: Sequence[Diagnostic] | None = None  # of the last version
         self._evaluated: _LastRun | None = None
+        self._reads_files = False  # whether a run has asked for a mesh, a font or an image, which may change
 
     def check(self, source: Source) -> VersionAnalysis:
         """Analyze the next version; errors are never raised.
@@ -131,10 +136,10 @@ class Editing:
 
         session, program, source = self.session, version.program, version.source
         if self._run is None or self._name != source.name:
-            self._run, self._name = IncrementalRun(session.library, lambda: session.runtime_of(source)), source.name
+            self._run, self._name = IncrementalRun(session.library, lambda: self._new_runtime(source)), source.name
         run, problem = self._run, None
-        last = self._evaluated
-        if last is None or last.most_steps != self.most_steps:
+        last, conditions = self._evaluated, (word, session.options.seed, self.most_steps)
+        if last is None or last.conditions != conditions:
             run.most_steps = self.most_steps
             scene = None
             try:
@@ -147,14 +152,38 @@ class Editing:
                     )
             except (SceneError, RecursionError, MemoryError) as error:
                 problem = session.problem_of(error)
-            last = _LastRun(scene, self.most_steps, [(entity, entity.call_sites) for entity in run.rt.live_primitives])
-            self._evaluated = last if scene is not None and not run.reads_places else None
+            last = _LastRun(scene, conditions, [(entity, entity.call_sites) for entity in run.rt.live_primitives])
+            self._evaluated = last if scene is not None and self._is_of_text(scene, run) else None
         for entity, sites in last.call_sites:
             entity.call_sites = tuple(map(version.place, sites))
         rt, sources = run.rt, (source, *program.sources[1:])
         warnings = without_suppressed(map(version.diagnostic, rt.warnings.values()), sources)
         diagnostics = confirmed(checked, problem and version.diagnostic(problem), warnings)
         return Evaluated(_placed_program(version), last.scene, tuple(diagnostics), tuple(rt.log), rt.meter.total)
+
+    def _new_runtime(self, source: Source) -> Runtime:
+        """Return a runtime that notes whether the program reads files."""
+        runtime = self.session.runtime_of(source)
+        self._reads_files = False
+
+        def noting(read: Callable[..., T] | None) -> Callable[..., T] | None:
+            """Return a reader that notes its use."""
+            if read is None:
+                return None
+
+            def noted(*values: Any) -> T:
+                """Read a file."""
+                self._reads_files = True
+                return read(*values)
+
+            return noted
+
+        runtime.asset, runtime.font, runtime.image = noting(runtime.asset), noting(runtime.font), noting(runtime.image)
+        return runtime
+
+    def _is_of_text(self, scene: Scene, run: IncrementalRun) -> bool:
+        """Return whether a scene depends on the forms of the text alone: on no places in it, and on no other files."""
+        return not (run.reads_places or self._reads_files or any(is_panorama(item.name) for item in scene.setup))
 
     def _no_versions(self) -> Versions:
         """Return an empty history of versions."""
@@ -182,8 +211,9 @@ class Editing:
         version = self._versions.analyze(source, self.session.importer(source, self.texts), runner, overrides)
         program = version.program
         if not version.is_moved:
+            self._kind_errors, self._evaluated = None, None
+        if self._kind_errors is None:
             self._kind_errors = self.session.kind_errors(program)
-            self._evaluated = None
         diagnostics = [*program.diagnostics, *self.session.warnings(program, kind_errors=self._kind_errors)]
         sources = (source, *program.sources[1:])
         self._imported = tuple(imported.text for imported in program.sources[1:])

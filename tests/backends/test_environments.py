@@ -290,6 +290,14 @@ def test_agx_is_that_of_blender(linear: tuple[float, ...], shown: tuple[int, ...
     assert np.abs(encode(agx(np.array(linear))).astype(int) - shown).max() <= 3
 
 
+def test_agx_keeps_the_rest_of_an_image_with_a_nan() -> None:
+    shown = agx(np.array([[np.nan, 0.2, 0.2], [0.18, 0.18, 0.18], [-1.0, np.inf, 1e308]]))
+    assert np.isnan(shown[0]).all()
+    assert shown[1] == pytest.approx([0.18] * 3, abs=1e-3)
+    assert ((shown[2] >= 0.0) & (shown[2] <= 1.0)).all()
+    assert agx(np.zeros((2, 0, 3))).shape == (2, 0, 3)
+
+
 def test_all_curves_are_for_single_colors_and_images() -> None:
     image = np.random.default_rng(0).random((4, 5, 3)) * 3.0
     for curve in (tone, agx, clipped):

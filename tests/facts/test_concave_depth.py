@@ -60,3 +60,30 @@ def test_glass_is_no_medium(opacity: float) -> None:
     """Vessels in each other are a warning, whether one sees through them; in water it would be a note."""
     names = [diagnostic.name for diagnostic in Session().check_geometry(Source("a.scene", cups(7.0, opacity)))]
     assert "overlap" in names
+
+
+GROUND = '(bind "ground" (lambda () (transform (call "cube" :scale [8 1 8]) (translate [0 -.5 0]))))'
+SLEEVE = """(difference (call "cylinder" :radius {outer} :p1 [0 {high} 0]) (call "cylinder" :radius {inner} :p0 [0 -1 0] :p1 [0 2 0])
+  (transform (call "cube" :scale [{slit} 3 4]) (translate [0 0 2])))"""
+
+
+@pytest.mark.parametrize(
+    ("body", "around"),
+    [
+        ('(call "cylinder" :radius .5 :p1 [0 1.2 0])', SLEEVE.format(outer=0.52, inner=0.49, high=0.6, slit=0.05)),
+        ('(call "cylinder" :radius .5 :p1 [0 3 0])', SLEEVE.format(outer=0.57, inner=0.47, high=0.3, slit=0.8)),
+        ('(transform (call "sphere" :radius .5) (translate [0 .5 0]))',
+         '(transform (difference (call "sphere" :radius .51) (call "sphere" :radius .495)'
+         ' (transform (call "cube" :scale [2 2 2]) (translate [0 -.9 0]))) (translate [0 .5 0]))'),
+    ],
+    ids=["sleeve with a slit", "clip", "helmet"],
+)  # fmt: skip
+def test_what_is_worn_tightly_is_not_sunk(body: str, around: str) -> None:
+    """The way out of a sleeve is its height, however thin the layer that they share."""
+    text = f"""{GROUND}
+    (bind "body" (lambda () {body}))
+    (bind "around" (lambda () {around}))
+    (bind "all" (lambda () (union (call "ground") (call "body") (call "around"))))
+    (scene "all")"""
+    codes = [diagnostic.code for diagnostic in Session().check_geometry(Source("a.scene", text))]
+    assert not {"W611", "W613"} & set(codes)
