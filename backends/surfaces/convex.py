@@ -278,7 +278,7 @@ class Bodies:
                 continue
             x, y, z = middle.tolist()
             smaller = body.translate((-x, -y, -z)).scale(tuple(factors.tolist())).translate((x, y, z))
-            if float((smaller ^ other).volume()) <= _MIN_SHARED * min(float(first.volume()), float(second.volume())):
+            if _shared(smaller, other).is_empty():
                 return True
         return False
 
@@ -304,12 +304,11 @@ class Bodies:
         a, b = self.surface(first), self.surface(second)
         if a is None or b is None:
             return shortest
-        least = _MIN_SHARED * min(a.volume(), b.volume())
 
         def is_apart(length: float, way: FloatArray) -> bool:
             """Return whether a translation separates the bodies."""
             x, y, z = (length * way).tolist()
-            return bool((a ^ b.translate((x, y, z))).volume() <= least)
+            return bool(_shared(a, b.translate((x, y, z))).is_empty())
 
         length, ways = max(shortest[0], self.touch), [shortest[1], *np.eye(3), *-np.eye(3), hulls[1]]
         while length < hulls[0]:
@@ -365,9 +364,7 @@ class Bodies:
         a, b = self.surface(i), self.surface(j)
         if a is None or b is None:
             return None
-        both = a ^ b
-        is_slight = float(both.volume()) <= _MIN_SHARED * min(a.volume(), b.volume())
-        return type(both)() if is_slight else both
+        return _shared(a, b)
 
     @cached_property
     def masses(self) -> tuple[FloatArray, FloatArray]:
@@ -388,6 +385,13 @@ class Bodies:
     def words(self, i: int) -> tuple[str, ...]:
         """Return the words from the root to a body."""
         return (*self.paths[self.path[i]], self.entities[self.entity[i]].word)
+
+
+def _shared(first: Manifold, second: Manifold) -> Manifold:
+    """Return what two surfaces share, empty if they only touch."""
+    both = first ^ second
+    is_slight = float(both.volume()) <= _MIN_SHARED * min(float(first.volume()), float(second.volume()))
+    return type(both)() if is_slight else both
 
 
 def bodies_of(root: Entity) -> Bodies:

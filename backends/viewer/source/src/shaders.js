@@ -12,15 +12,20 @@ const PLACEMENT = /* glsl */ `
   #endif
 `;
 
-// An instance: its pose, its primitive's row of looks, its number in the frame.
-const INSTANCE = /* glsl */ `
-  ${PLACEMENT}
-  attribute vec2 instance; // primitive, number
+// What the vertex shader of instances passes on: place, normal, tint and number, and whether the pose mirrors.
+const VARYINGS = /* glsl */ `
   varying vec3 vPoint;
   varying vec3 vNormal;
   varying vec3 vTint;
   flat varying vec2 vInstance;
   flat varying float vMirrored;
+`;
+
+// An instance: its pose, its primitive's row of looks, its number in the frame.
+const INSTANCE = /* glsl */ `
+  ${PLACEMENT}
+  attribute vec2 instance; // primitive, number
+  ${VARYINGS}
   #ifdef HAS_COLORS
     attribute vec3 tint;
   #endif
@@ -481,11 +486,7 @@ const SELECTED = /* glsl */ `
 `;
 
 export const SOLID_FRAGMENT = /* glsl */ `
-  varying vec3 vPoint;
-  varying vec3 vNormal;
-  varying vec3 vTint;
-  flat varying vec2 vInstance;
-  flat varying float vMirrored;
+  ${VARYINGS}
   ${SELECTED}
   uniform vec3 ground[2]; // reflectance of its squares
   uniform int mode; // 0: natural, 1: instances, 2: normals, 3: depth, 4: x-ray
@@ -603,11 +604,7 @@ export const SHINING_FRAGMENT = /* glsl */ `
 
 // Depth from the key light; what is see-through lets a share of its texels pass.
 export const DEPTH_FRAGMENT = /* glsl */ `
-  varying vec3 vPoint;
-  varying vec3 vNormal;
-  varying vec3 vTint;
-  flat varying vec2 vInstance;
-  flat varying float vMirrored;
+  ${VARYINGS}
   ${LOOK}
   ${NOISE}
   ${SECTION}
@@ -621,11 +618,7 @@ export const DEPTH_FRAGMENT = /* glsl */ `
 
 // The instance's number, plus one, in base 256.
 export const PICK_FRAGMENT = /* glsl */ `
-  varying vec3 vPoint;
-  varying vec3 vNormal;
-  varying vec3 vTint;
-  flat varying vec2 vInstance;
-  flat varying float vMirrored;
+  ${VARYINGS}
   ${SECTION}
   void main() {
     if (isCut(vPoint)) discard;
@@ -645,11 +638,7 @@ export const SELECTED_VERTEX = /* glsl */ `
 `;
 
 export const SELECTED_FRAGMENT = /* glsl */ `
-  varying vec3 vPoint;
-  varying vec3 vNormal;
-  varying vec3 vTint;
-  flat varying vec2 vInstance;
-  flat varying float vMirrored;
+  ${VARYINGS}
   ${SECTION}
   void main() {
     if (isCut(vPoint)) discard;
@@ -659,11 +648,7 @@ export const SELECTED_FRAGMENT = /* glsl */ `
 
 // The depth of the surface in base 256, the largest digit first.
 export const PLACE_FRAGMENT = /* glsl */ `
-  varying vec3 vPoint;
-  varying vec3 vNormal;
-  varying vec3 vTint;
-  flat varying vec2 vInstance;
-  flat varying float vMirrored;
+  ${VARYINGS}
   ${SECTION}
   void main() {
     if (isCut(vPoint)) discard;
